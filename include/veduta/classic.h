@@ -1,0 +1,86 @@
+/* classic.h: the classic Voxel Space picture (Comanche, 1992), to the bit.
+ *
+ * Everything is in map samples; the map wraps. The picture is defined by this header and by
+ * `reference`, in float32 without contraction; every other method gives the same bytes.
+ *
+ *   s, c       sin and cos of yaw, computed in double, rounded to float
+ *   left       (−c − s·view, s − c·view),  right = (c − s·view, −s − c·view)
+ *   d_i        left + (float)i·((right − left)/W), for column i of W
+ *   z_k        growth 0: z0 + (float)k·step, while z_k < distance in float
+ *              growth g: in double, z = z0, δ = step; each time δ += g, then z += δ; while
+ *              z < distance in double; the slice uses (float)z
+ *   p          eye + z_k·d_i; cell (floor p.x mod width, floor p.y mod height)
+ *   row        trunc((height − h)·(scale/z_k) + horizon), saturated to int32; NaN is never visible
+ *
+ * Front to back, the pixels from max(row, 0) down to the column's last hidden row take the cell's
+ * colour; what is left is the background. As a lens: fx = view·W/2, fy = scale·view, axial depth
+ * view·z_k, cx = W/2 + ½, cy = horizon − ½.
+ * (Freeman 1996, US patent 5,550,959; FutSpace thesis 2020, ch. 2 and listing A.1.)
+ */
+#ifndef VEDUTA_CLASSIC_H
+#define VEDUTA_CLASSIC_H
+
+#include <veduta/camera.h>
+#include <veduta/heightfield.h>
+#include <veduta/job.h>
+
+VD_BEGIN_DECLARATIONS
+
+typedef enum vd_classic_method {
+    VD_CLASSIC_REFERENCE = 0, /* serial, slices outside, as published */
+    VD_CLASSIC_SLICES,        /* parallel inside each slice: the published OpenMP version */
+    VD_CLASSIC_COLUMNS,       /* parallel over columns */
+    VD_CLASSIC_SCAN,          /* data-parallel: occlude scan, scatter, fill scan per column */
+    VD_CLASSIC_METHOD_COUNT
+} vd_classic_method;
+
+/* Returns "reference", "slices", "columns" or "scan". */
+VD_API const char *vd_classic_method_name(vd_classic_method method);
+
+typedef struct vd_classic_def {
+    double x, y, height; /* eye, in samples and height units */
+    double yaw_rad;      /* turning left; heading is its negative */
+    double horizon;      /* picture row of the horizon */
+    double scale;        /* pixels of height at distance 1 */
+    double view;         /* 1: a 90° field of view */
+    double distance, z0, step, growth; /* the slices, see above */
+    vd_rgba8 background;
+} vd_classic_def;
+
+/* The published scene: 512, 800, 78, yaw 0, horizon 100, scale 240, view 1, distance 10,000, z0 1,
+ * step 0.1, growth 0, background 9090E0. */
+VD_API vd_classic_def vd_classic_def_default(void);
+
+/* What the scan method did, counted; for the work-and-span comparison in docs/voxel-space.md. */
+typedef struct vd_classic_counts {
+    uint64_t slices;   /* n */
+    uint64_t columns;  /* m */
+    uint64_t rows;     /* l */
+    uint64_t pairs;    /* colour-height pairs computed */
+    uint64_t occlude;  /* applications of the occlude operator */
+    uint64_t scatter;  /* scattered pairs */
+    uint64_t fill;     /* applications of the fill operator */
+    uint64_t span;     /* longest chain of dependent scan steps: levels of both scan trees */
+} vd_classic_counts;
+
+/* Returns the number of slices, at most 2^31 − 1. */
+VD_API uint64_t vd_classic_slice_count(const vd_classic_def *def);
+
+/* Draws the classic picture into the frame: opaque colours; where the frame has them, depth
+ * near/(view·z_k) with near = view·z0, and id 1. The heightfield must wrap and have colours of its
+ * own size. `job` and `counts` may be null; counts are filled by VD_CLASSIC_SCAN only.
+ * Returns VD_ERROR_ARGUMENT (a NaN, step or growth that never reaches the distance, z0 <= 0,
+ * view <= 0, missing colours), VD_ERROR_LIMIT (more than 2^31 − 1 slices), VD_ERROR_MEMORY,
+ * VD_ERROR_CANCELLED. */
+VD_API VD_MUST_USE vd_status vd_classic_render(vd_context *context, vd_job *job,
+                                               const vd_heightfield *map,
+                                               const vd_classic_def *def, vd_classic_method method,
+                                               vd_frame *frame, vd_classic_counts *counts);
+
+/* Returns the camera whose lens sees what the classic picture shows, in a world whose x is the
+ * column and whose y is minus the row, in samples. */
+VD_API vd_camera vd_classic_camera(const vd_classic_def *def, int width, int height);
+
+VD_END_DECLARATIONS
+
+#endif

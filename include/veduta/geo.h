@@ -1,0 +1,56 @@
+/* geo.h: everything GDAL reads (library veduta-io).
+ *
+ * Elevation and imagery in any of GDAL's formats and any coordinate reference system. Kept out of
+ * the core library so that an embedder who does not need it does not link GDAL.
+ */
+#ifndef VEDUTA_GEO_H
+#define VEDUTA_GEO_H
+
+#include <veduta/dem.h>
+
+VD_BEGIN_DECLARATIONS
+
+typedef struct vd_geo_def {
+    int band;              /* 1-based; 0: the first */
+    int max_side;          /* larger rasters are read decimated (overviews are used); 0: 16384 */
+    double height_scale;   /* metres per stored unit after the file's own scale; 0: by its unit */
+    double height_offset_m;
+    bool has_nodata;       /* treat `nodata` as missing beside the file's own */
+    double nodata;
+} vd_geo_def;
+
+VD_API vd_geo_def vd_geo_def_default(void);
+
+/* Reads one or several rasters as one DEM. All of one grid are joined as they are; others are warped
+ * (bilinear) to the first one's CRS and cell size. Handled: every numeric type, scale and offset,
+ * nodata values and mask bands, vertical units in feet, rotated geotransforms, pixel-is-point and
+ * pixel-is-area, ground control points, longitudes 0 … 360, bottom-up rasters.
+ * Says through the log what it did (decimated, warped, unit converted).
+ * Returns VD_ERROR_IO, VD_ERROR_FORMAT (GDAL's own words included), VD_ERROR_LIMIT,
+ * VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_geo_load_dem(vd_context *context, const char *const *paths,
+                                             int count, const vd_geo_def *def, vd_dem **out);
+
+/* Reads imagery: 1 to 4 bands as 8-bit (others stretched from their 2nd to 98th percentile;
+ * palettes expanded; bands beyond the first three chosen by colour interpretation, else 1, 2, 3).
+ * When both it and `dem` are georeferenced it is warped to the DEM's CRS, cropped to its extent,
+ * and color_from_sample (see heightfield.h) is filled and *placed set; otherwise *placed is false.
+ * Returns as vd_geo_load_dem; VD_ERROR_ARGUMENT when the two cover different places. */
+VD_API VD_MUST_USE vd_status vd_geo_load_color(vd_context *context, const char *path,
+                                               const vd_dem *dem, vd_picture **out,
+                                               double color_from_sample[6], bool *placed);
+
+/* Converts longitude and latitude (degrees, WGS 84) to coordinates of `crs` (WKT or code), and
+ * back. Returns VD_ERROR_ARGUMENT when PROJ cannot. */
+VD_API VD_MUST_USE vd_status vd_geo_from_lonlat(vd_context *context, const char *crs, double lon,
+                                                double lat, double *x, double *y);
+VD_API VD_MUST_USE vd_status vd_geo_to_lonlat(vd_context *context, const char *crs, double x,
+                                              double y, double *lon, double *lat);
+
+/* Returns a short name of the raster's format and CRS for `veduta info`, as one line. */
+VD_API VD_MUST_USE vd_status vd_geo_describe(vd_context *context, const char *path, char *out,
+                                             size_t out_bytes);
+
+VD_END_DECLARATIONS
+
+#endif

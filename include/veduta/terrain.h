@@ -1,0 +1,82 @@
+/* terrain.h: drawing a heightfield.
+ *
+ * The surface is bilinear within every cell of four neighbouring samples. A picture is, for each
+ * sample position, the first point where its ray passes from the air into the ground. A ray that
+ * starts in the ground, or that comes in under the surface at the map's edge or at a hole's edge,
+ * sees nothing of the terrain. With curvature, a point at the horizontal distance d from the eye
+ * appears lower by (1 − k)·d²/(2R), R = 6,371,008.8 m, k = 0.13.
+ */
+#ifndef VEDUTA_TERRAIN_H
+#define VEDUTA_TERRAIN_H
+
+#include <veduta/camera.h>
+#include <veduta/colormap.h>
+#include <veduta/heightfield.h>
+#include <veduta/job.h>
+#include <veduta/light.h>
+#include <veduta/target.h>
+
+VD_BEGIN_DECLARATIONS
+
+typedef enum vd_filter {
+    VD_FILTER_NEAREST = 0,
+    VD_FILTER_LINEAR,
+    VD_FILTER_COUNT
+} vd_filter;
+
+typedef enum vd_terrain_method {
+    VD_TERRAIN_RAYCAST = 0, /* the plain reference: one ray at a time through the cells */
+    VD_TERRAIN_METHOD_COUNT
+} vd_terrain_method;
+
+typedef struct vd_terrain_def {
+    const vd_heightfield *heightfield; /* not owned */
+    const vd_colormap *colormap;       /* colours by height where there are no colours; not owned */
+    vd_light light;
+    vd_terrain_method method;
+    vd_filter filter;     /* of the colours */
+    int samples;          /* 1, 4 or 8 a pixel */
+    double exaggeration;  /* factor on heights; 1 is real */
+    bool shading;         /* light the surface; off: plain colours */
+    bool shadows;         /* the surface throws shadows on itself */
+    bool curvature;       /* the Earth's, with refraction */
+    bool sky;             /* paint light's sky where nothing is hit; off: `background` */
+    vd_rgba8 background;  /* straight; alpha 0 is transparent */
+    uint64_t object_id;   /* the terrain's 64-bit id in the frame's table */
+} vd_terrain_def;
+
+/* Daylight from azimuth 315°, altitude 45°, no haze; linear filter, 4 samples, exaggeration 1,
+ * shading, shadows and sky on, curvature off, object id 1. */
+VD_API vd_terrain_def vd_terrain_def_default(void);
+
+typedef struct vd_frame_stats {
+    uint64_t samples; /* sample positions drawn */
+    uint64_t hits;    /* of these, on the terrain */
+} vd_frame_stats;
+
+/* Draws terrain and sky into the frame (all planes it has). `job` and `stats` may be null.
+ * Returns VD_ERROR_ARGUMENT (names the field), VD_ERROR_MEMORY, VD_ERROR_CANCELLED (the frame then
+ * holds the tiles that were finished). A picture without terrain is a success with stats->hits 0;
+ * vd_terrain_explain_empty then says why. */
+VD_API VD_MUST_USE vd_status vd_terrain_render(vd_context *context, vd_job *job,
+                                               const vd_terrain_def *def, const vd_camera *camera,
+                                               vd_frame *frame, vd_frame_stats *stats);
+
+/* Estimates what vd_terrain_render will take by drawing a few spread tiles: wall seconds and the
+ * most bytes held by the renderer at once (without frame and heightfield). */
+VD_API VD_MUST_USE vd_status vd_terrain_estimate(vd_context *context, vd_job *job,
+                                                 const vd_terrain_def *def,
+                                                 const vd_camera *camera, int width, int height,
+                                                 double *seconds, size_t *bytes);
+
+/* Returns one sentence on why a camera sees none of the terrain: the camera is under ground, all
+ * samples are missing, it looks away, or the terrain is behind the near plane or the horizon. */
+VD_API vd_status vd_terrain_explain_empty(const vd_terrain_def *def, const vd_camera *camera,
+                                          int width, int height);
+
+/* Drops an apparent height by curvature and refraction at a horizontal distance, in metres. */
+VD_API double vd_curvature_drop(double distance_m);
+
+VD_END_DECLARATIONS
+
+#endif

@@ -1,0 +1,22 @@
+/* veduta.h: the whole core library in one include (geo.h belongs to veduta-io and is separate). */
+#ifndef VEDUTA_VEDUTA_H
+#define VEDUTA_VEDUTA_H
+
+#include <veduta/api.h>
+#include <veduta/camera.h>
+#include <veduta/classic.h>
+#include <veduta/color.h>
+#include <veduta/colormap.h>
+#include <veduta/context.h>
+#include <veduta/dem.h>
+#include <veduta/frame.h>
+#include <veduta/heightfield.h>
+#include <veduta/job.h>
+#include <veduta/light.h>
+#include <veduta/picture.h>
+#include <veduta/status.h>
+#include <veduta/target.h>
+#include <veduta/terrain.h>
+#include <veduta/vector.h>
+
+#endif
