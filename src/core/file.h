@@ -19,9 +19,9 @@ VD_MUST_USE vd_status vd_file_read(vd_context *context, const char *path, size_t
 typedef struct vd_file {
     vd_context *context;
     int descriptor;
-    int error;        /* errno of the first failed write; later writes are dropped */
-    char *path;       /* the destination */
-    char *beside;     /* the temporary file; null for standard output and special files */
+    int error;    /* errno of the first failed write; later writes are dropped */
+    char *path;   /* the destination */
+    char *beside; /* the temporary file; null for standard output and special files */
     uint8_t *buffer;
     size_t buffered;
 } vd_file;

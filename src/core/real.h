@@ -1,7 +1,7 @@
 /* real.h: elementary functions that give the same bits on every machine.
  *
- * The C library's sin, cos, exp, atan2 may differ in the last bit between processors and versions; a
- * picture must not. These use only +, −, ×, ÷, sqrt and floor in a fixed order. Errors are below
+ * The C library's sin, cos, exp, atan2 may differ in the last bit between processors and versions;
+ * a picture must not. These use only +, −, ×, ÷, sqrt and floor in a fixed order. Errors are below
  * 1e-15 relative for sin, cos, tan, exp on the ranges given, absolute 1e-15 for atan2.
  */
 #ifndef VEDUTA_CORE_REAL_H
@@ -9,8 +9,12 @@
 
 #define VD_PI 3.14159265358979323846
 
-static inline double vd_radians(double degrees) { return degrees * (VD_PI / 180.0); }
-static inline double vd_degrees(double radians) { return radians * (180.0 / VD_PI); }
+static inline double vd_radians(double degrees) {
+    return degrees * (VD_PI / 180.0);
+}
+static inline double vd_degrees(double radians) {
+    return radians * (180.0 / VD_PI);
+}
 
 /* |x| up to 1e6; larger arguments lose accuracy gradually. NaN and infinities give NaN. */
 double vd_sin(double x);

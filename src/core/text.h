@@ -24,7 +24,9 @@ void vd_text_skip_lines(vd_text *text);
 void vd_text_next_line(vd_text *text);
 
 /* True at the end of the text. */
-static inline bool vd_text_done(const vd_text *text) { return text->at >= text->end; }
+static inline bool vd_text_done(const vd_text *text) {
+    return text->at >= text->end;
+}
 
 /* Reads a decimal number (optional sign, digits, point, exponent; also "nan" and "inf" in any case)
  * after blanks, correctly rounded. False, and nothing consumed, when there is none. */
