@@ -1,4 +1,5 @@
 #include <math.h>
+#include <stddef.h>
 #include <veduta/camera.h>
 #include "core/real.h"
 
