@@ -4,15 +4,38 @@ include(CMakePackageConfigHelpers)
 install(TARGETS ${veduta_installed} EXPORT VedutaTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(EXPORT VedutaTargets NAMESPACE Veduta:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Veduta)
+# geo.h belongs to veduta-io and goes where that goes.
+if(VEDUTA_GEO)
+    install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+else()
+    install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+            PATTERN geo.h EXCLUDE)
+endif()
+
+# ---- find_package(Veduta) ------------------------------------------------------------------------
+set(veduta_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Veduta)
+install(EXPORT VedutaTargets NAMESPACE Veduta:: DESTINATION ${veduta_cmake_dir})
 configure_package_config_file(cmake/VedutaConfig.cmake.in ${PROJECT_BINARY_DIR}/VedutaConfig.cmake
-        INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Veduta)
+        INSTALL_DESTINATION ${veduta_cmake_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/VedutaConfigVersion.cmake
         COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/VedutaConfig.cmake
               ${PROJECT_BINARY_DIR}/VedutaConfigVersion.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/Veduta)
+        DESTINATION ${veduta_cmake_dir})
+
+# ---- pkg-config ----------------------------------------------------------------------------------
+# The paths are relative to the .pc file, so that an installed tree can be moved, and `cmake
+# --install --prefix` can put it elsewhere than was configured.
+file(RELATIVE_PATH veduta_pc_prefix
+     ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+file(RELATIVE_PATH veduta_pc_libdir ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_LIBDIR})
+file(RELATIVE_PATH veduta_pc_includedir ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+set(veduta_pc_libs_private "-lm -pthread")
+if(OPENEXR_CORE_LIBRARY)
+    get_filename_component(openexr_name ${OPENEXR_CORE_LIBRARY} NAME_WE)
+    string(REGEX REPLACE "^lib" "-l" openexr_name ${openexr_name})
+    string(PREPEND veduta_pc_libs_private "${openexr_name} ")
+endif()
 foreach(library ${veduta_installed})
     configure_file(cmake/${library}.pc.in ${PROJECT_BINARY_DIR}/${library}.pc @ONLY)
     install(FILES ${PROJECT_BINARY_DIR}/${library}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
