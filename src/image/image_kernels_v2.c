@@ -1,0 +1,2 @@
+#define TABLE vd_image_kernels_v2
+#include "image/image_kernels.inl"

@@ -1,0 +1,2 @@
+#define TABLE vd_image_kernels_v4
+#include "image/image_kernels.inl"
