@@ -1,0 +1,97 @@
+/* frame.c: the frame's planes. */
+#include <veduta/frame.h>
+
+/* Inlined, so that the state may stand on the stack and hashing cannot fail. */
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "core/core.h"
+#include "image/image.h"
+
+vd_status vd_check_size(const char *what, int width, int height) {
+    if (width < 1 || height < 1) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "%s of %d × %d pixels is empty; give both sides at least 1", what, width,
+                          height);
+    }
+    if (width > VD_MAX_SIDE || height > VD_MAX_SIDE) {
+        return vd_failure(VD_ERROR_LIMIT,
+                          "%s of %d × %d pixels is too large; no side may exceed %d pixels", what,
+                          width, height, VD_MAX_SIDE);
+    }
+    if ((size_t)width * (size_t)height > VD_MAX_PIXELS) {
+        return vd_failure(
+            VD_ERROR_LIMIT,
+            "%s of %d × %d pixels is too large; it may have at most %zu pixels in all", what, width,
+            height, VD_MAX_PIXELS);
+    }
+    return vd_success();
+}
+
+size_t vd_frame_stride(int width) {
+    return vd_row_stride(width > 0 ? (size_t)width : 1, sizeof(float));
+}
+
+vd_status vd_frame_create(vd_context *context, int width, int height, unsigned planes,
+                          vd_frame **out) {
+    vd_status status = vd_check_size("a frame", width, height);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    vd_frame *frame = vd_allocate_zero(context, 1, sizeof *frame);
+    if (!frame) {
+        return vd_out_of_memory("a frame", sizeof *frame);
+    }
+    frame->context = context;
+    frame->width = width;
+    frame->height = height;
+    frame->stride = vd_frame_stride(width);
+    frame->object_count = 1;
+
+    const size_t pixels = frame->stride * (size_t)height; /* below 2^30: sides are checked */
+    frame->rgba = vd_allocate_zero(context, pixels, 4);
+    if (planes & VD_PLANE_DEPTH) {
+        frame->depth = vd_allocate_zero(context, pixels, sizeof *frame->depth);
+    }
+    if (planes & VD_PLANE_ID) {
+        frame->id = vd_allocate_zero(context, pixels, sizeof *frame->id);
+    }
+    if (!frame->rgba || ((planes & VD_PLANE_DEPTH) && !frame->depth) ||
+        ((planes & VD_PLANE_ID) && !frame->id)) {
+        vd_frame_destroy(&frame);
+        return vd_out_of_memory("a plane of a frame", pixels * 4);
+    }
+    *out = frame;
+    return vd_success();
+}
+
+void vd_frame_destroy(vd_frame **frame) {
+    if (!frame || !*frame) {
+        return;
+    }
+    vd_context *context = (*frame)->context;
+    vd_release(context, (*frame)->rgba);
+    vd_release(context, (*frame)->depth);
+    vd_release(context, (*frame)->id);
+    vd_release(context, *frame);
+    *frame = NULL;
+}
+
+uint64_t vd_frame_hash(const vd_frame *frame) {
+    XXH64_state_t state;
+    XXH64_reset(&state, 0);
+    uint8_t rgb[3 * 256];
+    for (int y = 0; y < frame->height; y++) {
+        const uint8_t *row = frame->rgba + (size_t)y * frame->stride * 4;
+        for (int x = 0; x < frame->width; x += 256) {
+            const int count = frame->width - x < 256 ? frame->width - x : 256;
+            for (int i = 0; i < count; i++) {
+                rgb[3 * i + 0] = row[4 * (x + i) + 0];
+                rgb[3 * i + 1] = row[4 * (x + i) + 1];
+                rgb[3 * i + 2] = row[4 * (x + i) + 2];
+            }
+            XXH64_update(&state, rgb, 3 * (size_t)count);
+        }
+    }
+    return XXH64_digest(&state);
+}

@@ -1,0 +1,44 @@
+/* image.h: what the files of this room share; the rooms above use the public headers. */
+#ifndef VEDUTA_IMAGE_IMAGE_H
+#define VEDUTA_IMAGE_IMAGE_H
+
+#include <stdbool.h>
+#include <veduta/picture.h>
+
+/* Checks a picture's sides against 1, VD_MAX_SIDE and VD_MAX_PIXELS. `what` opens the sentence:
+ * "a frame", "cannot read map.png: a picture". Returns VD_ERROR_ARGUMENT or VD_ERROR_LIMIT. */
+VD_MUST_USE vd_status vd_check_size(const char *what, int width, int height);
+
+/* The same for what a file's header says, which may not even fit an int: returns VD_ERROR_FORMAT
+ * (a side of 0) or VD_ERROR_LIMIT. */
+VD_MUST_USE vd_status vd_check_file_size(const char *name, uint64_t width, uint64_t height);
+
+/* Readers of one format each: status as vd_picture_decode. */
+bool vd_png_matches(const void *data, size_t size_bytes);
+VD_MUST_USE vd_status vd_png_decode(vd_context *context, const void *data, size_t size_bytes,
+                                    const char *name, vd_picture **out);
+bool vd_pnm_matches(const void *data, size_t size_bytes);
+VD_MUST_USE vd_status vd_pnm_decode(vd_context *context, const void *data, size_t size_bytes,
+                                    const char *name, vd_picture **out);
+
+static inline void *vd_picture_row(const vd_picture *picture, int y) {
+    return (uint8_t *)picture->data + (size_t)y * picture->stride_bytes;
+}
+
+/* Fills in row `y` of a picture that is being written: width × channels of 8 or 16 bits in the
+ * machine's byte order. */
+typedef void vd_row_function(const void *user, int y, void *row);
+
+typedef struct vd_png_source {
+    vd_context *context;
+    int width, height, channels, bits; /* as in vd_picture */
+    vd_row_function *row;
+    const void *user;
+} vd_png_source;
+
+/* Writes a PNG from rows, asked for once each, top to bottom. `def` may be null. Returns
+ * VD_ERROR_ARGUMENT, VD_ERROR_IO or VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_png_write(const vd_png_source *source, const char *path,
+                                   const vd_png_def *def);
+
+#endif
