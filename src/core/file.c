@@ -109,11 +109,35 @@ static void release_parts(vd_file *file) {
     file->descriptor = -1;
 }
 
+/* Lets the destination be what a symbolic link points to, so that the link stays. One that points
+ * nowhere is replaced. */
+static int follow_link(vd_file *file) {
+    struct stat info;
+    if (lstat(file->path, &info) != 0 || !S_ISLNK(info.st_mode)) {
+        return 0;
+    }
+    char *target = realpath(file->path, NULL);
+    if (target == NULL) {
+        return errno == ENOMEM ? ENOMEM : 0;
+    }
+    char *copy = vd_copy_string(file->context, target);
+    free(target);
+    if (copy == NULL) {
+        return ENOMEM;
+    }
+    vd_release(file->context, file->path);
+    file->path = copy;
+    return 0;
+}
+
 /* Opens the place that bytes go to; devices, pipes and standard output are written directly. */
 static int open_destination(vd_file *file) {
     if (strcmp(file->path, "-") == 0) {
         file->descriptor = dup(STDOUT_FILENO);
         return file->descriptor < 0 ? errno : 0;
+    }
+    if (follow_link(file) != 0) {
+        return ENOMEM;
     }
     struct stat info;
     if (stat(file->path, &info) == 0) {
