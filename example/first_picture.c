@@ -9,14 +9,29 @@
 
 enum { SIDE = 256, SPACING_M = 30 };
 
-/* A round island that rises to about 1,700 m over a sea floor at 0, with ridges. */
+/* A wave between 0 and 1 that rises and falls evenly, with a sharp crest. */
+static float fold(float x) {
+    float part = x - (float)(int)x;
+    part = part < 0.0f ? -part : part;
+    return part < 0.5f ? 2.0f * part : 2.0f - 2.0f * part;
+}
+
+/* An island in a sea at 0: crests, each turned against and half as
+ * high as the last, under a round cap. */
 static void make_heights(float heights[SIDE][SIDE]) {
     for (int row = 0; row < SIDE; row++) {
         for (int column = 0; column < SIDE; column++) {
             float x = (float)(2 * column - SIDE) / SIDE, y = (float)(2 * row - SIDE) / SIDE;
-            float round = 1.0f - x * x - y * y;
-            float ridges = (float)((column * 5 ^ row * 3) % 64) / 64.0f;
-            heights[row][column] = round > 0 ? 1600.0f * round * round + 60.0f * ridges * round : 0;
+            float cap = 1.0f - x * x - y * y, crests = 0.0f, height = 0.5f;
+            float u = x + 7.3f, v = y + 9.1f;
+            for (int octave = 0; octave < 6; octave++) {
+                crests += height * fold(u) * fold(v);
+                float turned = 1.6f * u - 1.2f * v + 20.0f; /* by 37°, twice as fine */
+                v = 1.2f * u + 1.6f * v;
+                u = turned;
+                height *= 0.5f;
+            }
+            heights[row][column] = cap > 0 ? 2800.0f * cap * cap * crests : 0;
         }
     }
 }
