@@ -51,9 +51,9 @@ vd_light vd_light_daylight(double azimuth_rad, double altitude_rad) {
     light.zenith = scaled(linear(0.085, 0.215, 0.50), day * day);
     light.horizon = mix(linear(0.56, 0.68, 0.80), linear(0.85, 0.52, 0.32), 0.7f * low);
     light.horizon = scaled(light.horizon, day);
-    light.nadir = scaled(linear(0.30, 0.34, 0.38), day);
-    light.ambient_up = scaled(linear(0.20, 0.245, 0.32), 0.15f + 0.85f * day);
-    light.ambient_down = scaled(linear(0.085, 0.08, 0.07), 0.15f + 0.85f * day);
+    light.nadir = scaled(linear(0.60, 0.64, 0.68), day);
+    light.ambient_up = scaled(linear(0.155, 0.195, 0.265), 0.15f + 0.85f * day);
+    light.ambient_down = scaled(linear(0.075, 0.07, 0.06), 0.15f + 0.85f * day);
     light.haze_m = 0.0;
     return light;
 }
