@@ -72,9 +72,12 @@ VD_API void vd_dem_destroy(vd_dem **dem);
 VD_API void vd_dem_update_range(vd_dem *dem);
 
 /* Reads one of the core's own formats, told apart by contents, for .hgt by name and size (the name
- * gives the south-west corner: N45E006.hgt; 1201² or 3601² samples, big-endian, −32768 missing).
- * `def` may be null. Returns VD_ERROR_UNSUPPORTED when the file is none of them (GDAL may know it),
- * else VD_ERROR_IO, VD_ERROR_FORMAT, VD_ERROR_LIMIT, VD_ERROR_MEMORY. */
+ * gives the south-west corner: N45E006.hgt; 1201², 3601² or 1801 × 3601 samples, big-endian, −32768
+ * missing). An ESRI ASCII grid whose coordinates look like longitude and latitude is taken as such,
+ * which the log says; other grids are in metres. `def` may be null. Returns VD_ERROR_UNSUPPORTED when
+ * the file is none of them (GDAL may know it; a regular file is then not read whole), else
+ * VD_ERROR_ARGUMENT (a field of def), VD_ERROR_IO, VD_ERROR_FORMAT, VD_ERROR_LIMIT,
+ * VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_dem_load(vd_context *context, const char *path,
                                          const vd_dem_def *def, vd_dem **out);
 
