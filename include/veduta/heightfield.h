@@ -70,8 +70,8 @@ typedef struct vd_heightfield_def {
 
 VD_API vd_heightfield_def vd_heightfield_def_default(void);
 
-/* Builds a block: copies heights and colours and computes the pyramid. NaN heights become holes.
- * *out is owned by the caller. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT or VD_ERROR_MEMORY. */
+/* Builds a block: copies heights and colours and computes the pyramid. NaN and infinite heights
+ * become holes. *out is owned by the caller. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT or VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_heightfield_create(vd_context *context,
                                                    const vd_heightfield_def *def,
                                                    vd_heightfield **out);
@@ -83,8 +83,10 @@ VD_API VD_MUST_USE vd_status vd_heightfield_from_dem(const vd_dem *dem, const vd
                                                      const double *color_from_sample,
                                                      vd_heightfield **out);
 
-/* Checks a block that came from outside (magic, version, every offset and size, checksum) before it
- * is used. Returns VD_ERROR_FORMAT with the field that is wrong. */
+/* Checks a block that came from outside (magic, version, every offset and size, checksum, heights,
+ * range, pyramid) before it is used; safe for any bytes. Cost: a few passes over the block. Returns
+ * VD_ERROR_FORMAT with the field that is wrong, or VD_ERROR_ARGUMENT when `block` does not lie at a
+ * multiple of 64 bytes. */
 VD_API VD_MUST_USE vd_status vd_heightfield_validate(const void *block, size_t size_bytes);
 
 /* Returns the first sample of a level, or the first colour; they live as long as the block. */
