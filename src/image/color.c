@@ -1,9 +1,9 @@
 /* color.c: between encoded sRGB and linear light, by table.
  *
  * Decoding has only 256 inputs. Encoding interpolates a table over the square root of the linear
- * value, where the curve is nearly straight: 257 entries then suffice for 4 units in 65,535. Below
- * the end of the curve's linear toe (IEC 61966-2-1) the toe itself is used, as the table would be
- * 3 units off there. sqrtf is correctly rounded everywhere, so all machines agree.
+ * value, where the curve is nearly straight: 257 entries then suffice for 4 units in 65,535. On
+ * the curve's linear toe (IEC 61966-2-1) the toe itself is used, as the table would be 3 units off
+ * there. sqrtf is correctly rounded everywhere, so all machines agree.
  */
 #include <veduta/color.h>
 
@@ -89,7 +89,8 @@ static const uint16_t encode_table[257] = {
     63503, 63730, 63956, 64182, 64408, 64634, 64859, 65085, 65310, 65535,
 };
 
-#define TOE_END 0.0031308f
+/* The toe ends at 0.0031308; it is left at the table's last entry before, where both agree. */
+#define TOE_END (14.0f * 14.0f / 65536.0f)
 #define TOE_SLOPE (12.92f * 65535.0f)
 
 float vd_srgb_decode(uint8_t encoded) {
