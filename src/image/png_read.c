@@ -118,8 +118,8 @@ static vd_status read_header(spng_ctx *png, const char *name, size_t size_bytes,
     if (scanline / DEFLATE_MAX_RATIO > size_bytes) {
         return vd_failure(
             VD_ERROR_FORMAT,
-            "cannot read %s: %zu bytes cannot hold the %u × %u pixels that its header "
-            "promises; get the file again",
+            "cannot read %s: it is truncated: its %zu bytes cannot hold %u × %u pixels; "
+            "get the file again",
             name, size_bytes, header->width, header->height);
     }
     return vd_success();
