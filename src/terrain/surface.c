@@ -1,5 +1,5 @@
 #include <math.h>
-#include "core/core.h"
+#include "terrain/heightfield_block.h"
 #include "terrain/surface.h"
 
 vd_status vd_surface_init(const vd_terrain_def *def, vd_surface *out) {
@@ -15,27 +15,20 @@ vd_status vd_surface_init(const vd_terrain_def *def, vd_surface *out) {
                           "the heightfield has %d × %d samples; a surface needs at least 2 × 2",
                           h->width, h->height);
     }
-    const double *m = h->world_from_sample;
-    const double determinant = m[1] * m[5] - m[2] * m[4];
-    if (!(fabs(determinant) > 0.0) || !isfinite(determinant)) {
-        return vd_failure(VD_ERROR_ARGUMENT, "the heightfield's world_from_sample is singular; its "
-                                             "columns and rows must span an area");
-    }
     vd_surface s;
     s.heightfield = h;
     s.heights = vd_heightfield_level_data(h, 0);
     s.stride = (size_t)h->levels[0].stride;
     s.exaggeration = def->exaggeration;
-    double *i = s.sample_from_world;
-    i[1] = m[5] / determinant;
-    i[2] = -m[2] / determinant;
-    i[4] = -m[4] / determinant;
-    i[5] = m[1] / determinant;
-    i[0] = -(m[0] * i[1] + m[3] * i[2]);
-    i[3] = -(m[0] * i[4] + m[3] * i[5]);
+    if (!vd_heightfield_invert(h->world_from_sample, s.sample_from_world)) {
+        return vd_failure(VD_ERROR_ARGUMENT, "the heightfield's world_from_sample is singular; its "
+                                             "columns and rows must span an area");
+    }
+    const double *m = h->world_from_sample;
+    const double cell_area = fabs(m[1] * m[5] - m[2] * m[4]);
     const double range = ((double)h->max - h->min) * def->exaggeration;
     s.top = h->max * def->exaggeration + 1e-3 * range + 1e-3;
-    s.lift = sqrt(fabs(determinant)) / 16.0;
+    s.lift = sqrt(cell_area) / 16.0;
     s.curvature = def->curvature ? vd_curvature_drop(1.0) : 0.0;
     *out = s;
     return vd_success();
