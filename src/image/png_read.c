@@ -23,6 +23,25 @@ bool vd_png_matches(const void *data, size_t size_bytes) {
     return size_bytes >= 4 && memcmp(data, png_signature, 4) == 0;
 }
 
+/* The file's bytes that libspng has not had yet. As a stream, not a buffer: of a cut chunk a buffer
+ * would give nothing, a stream all but the last 8 KiB, so that the row it ends in is known. */
+typedef struct png_bytes {
+    const uint8_t *at;
+    size_t left;
+} png_bytes;
+
+static int read_stream(spng_ctx *png, void *user, void *out, size_t size_bytes) {
+    (void)png;
+    png_bytes *bytes = user;
+    if (size_bytes > bytes->left) {
+        return SPNG_IO_EOF;
+    }
+    memcpy(out, bytes->at, size_bytes);
+    bytes->at += size_bytes;
+    bytes->left -= size_bytes;
+    return 0;
+}
+
 static bool ended_early(int error) {
     return error == SPNG_IO_EOF || error == SPNG_EOF || error == SPNG_EIDAT_TOO_SHORT;
 }
@@ -160,8 +179,9 @@ vd_status vd_png_decode(vd_context *context, const void *data, size_t size_bytes
     if (!error) {
         error = spng_set_chunk_limits(png, CHUNK_LIMIT_BYTES, CHUNK_LIMIT_BYTES);
     }
+    png_bytes bytes = {data, size_bytes};
     if (!error) {
-        error = spng_set_png_buffer(png, data, size_bytes);
+        error = spng_set_png_stream(png, read_stream, &bytes);
     }
     if (error) {
         status = header_failure(name, error);
