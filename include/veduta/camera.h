@@ -29,9 +29,9 @@ typedef struct vd_camera {
     vd_vec3 eye;         /* world, metres */
     vd_quat orientation; /* rotates camera space into the world */
     vd_projection projection;
-    vd_lens lens;   /* perspective: pixels; orthographic: fx and fy are pixels per metre */
-    double near_m;  /* > 0; perspective depth is near / z */
-    double far_m;   /* orthographic depth is 1 - z / far; unused by perspective */
+    vd_lens lens;  /* perspective: pixels; orthographic: fx and fy are pixels per metre */
+    double near_m; /* > 0; perspective depth is near / z */
+    double far_m;  /* orthographic depth is 1 - z / far; unused by perspective */
 } vd_camera;
 
 /* Returns the lens of a picture of width × height with the given vertical field of view, square

@@ -38,11 +38,11 @@ typedef enum vd_classic_method {
 VD_API const char *vd_classic_method_name(vd_classic_method method);
 
 typedef struct vd_classic_def {
-    double x, y, height; /* eye, in samples and height units */
-    double yaw_rad;      /* turning left; heading is its negative */
-    double horizon;      /* picture row of the horizon */
-    double scale;        /* pixels of height at distance 1 */
-    double view;         /* 1: a 90° field of view */
+    double x, y, height;               /* eye, in samples and height units */
+    double yaw_rad;                    /* turning left; heading is its negative */
+    double horizon;                    /* picture row of the horizon */
+    double scale;                      /* pixels of height at distance 1 */
+    double view;                       /* 1: a 90° field of view */
     double distance, z0, step, growth; /* the slices, see above */
     vd_rgba8 background;
 } vd_classic_def;
@@ -53,14 +53,14 @@ VD_API vd_classic_def vd_classic_def_default(void);
 
 /* What the scan method did, counted; for the work-and-span comparison in docs/voxel-space.md. */
 typedef struct vd_classic_counts {
-    uint64_t slices;   /* n */
-    uint64_t columns;  /* m */
-    uint64_t rows;     /* l */
-    uint64_t pairs;    /* colour-height pairs computed */
-    uint64_t occlude;  /* applications of the occlude operator */
-    uint64_t scatter;  /* scattered pairs */
-    uint64_t fill;     /* applications of the fill operator */
-    uint64_t span;     /* longest chain of dependent scan steps: levels of both scan trees */
+    uint64_t slices;  /* n */
+    uint64_t columns; /* m */
+    uint64_t rows;    /* l */
+    uint64_t pairs;   /* colour-height pairs computed */
+    uint64_t occlude; /* applications of the occlude operator */
+    uint64_t scatter; /* scattered pairs */
+    uint64_t fill;    /* applications of the fill operator */
+    uint64_t span;    /* longest chain of dependent scan steps: levels of both scan trees */
 } vd_classic_counts;
 
 /* Returns the number of slices, at most 2^31 − 1. */
@@ -73,9 +73,9 @@ VD_API uint64_t vd_classic_slice_count(const vd_classic_def *def);
  * view <= 0, missing colours), VD_ERROR_LIMIT (more than 2^31 − 1 slices), VD_ERROR_MEMORY,
  * VD_ERROR_CANCELLED. */
 VD_API VD_MUST_USE vd_status vd_classic_render(vd_context *context, vd_job *job,
-                                               const vd_heightfield *map,
-                                               const vd_classic_def *def, vd_classic_method method,
-                                               vd_frame *frame, vd_classic_counts *counts);
+                                               const vd_heightfield *map, const vd_classic_def *def,
+                                               vd_classic_method method, vd_frame *frame,
+                                               vd_classic_counts *counts);
 
 /* Returns the camera whose lens sees what the classic picture shows, in a world whose x is the
  * column and whose y is minus the row, in samples. */

@@ -23,19 +23,19 @@ typedef enum vd_crs_kind {
 typedef struct vd_dem {
     vd_context *context;
     int width, height;
-    size_t stride;      /* samples from one row to the next */
-    float *heights;     /* [height][stride], metres, row 0 first as in the file; NaN = missing */
+    size_t stride;  /* samples from one row to the next */
+    float *heights; /* [height][stride], metres, row 0 first as in the file; NaN = missing */
     vd_crs_kind kind;
     /* CRS coordinates of the *centre* of sample (column, row):
      *   x = transform[0] + column × transform[1] + row × transform[2]
      *   y = transform[3] + column × transform[4] + row × transform[5] */
     double transform[6];
-    double crs_unit_m;      /* projected: ground metres per CRS unit; otherwise 1 */
-    char *crs;              /* owned; WKT or an authority code such as "EPSG:4326"; may be null */
-    char height_type[16];   /* what the file stored: "uint8", "int16", "float32", … */
-    char height_unit[16];   /* what the file said: "m", "ft", "" when it said nothing */
-    float min, max;         /* of the present samples; NaN when there are none */
-    uint64_t missing;       /* NaN samples */
+    double crs_unit_m;    /* projected: ground metres per CRS unit; otherwise 1 */
+    char *crs;            /* owned; WKT or an authority code such as "EPSG:4326"; may be null */
+    char height_type[16]; /* what the file stored: "uint8", "int16", "float32", … */
+    char height_unit[16]; /* what the file said: "m", "ft", "" when it said nothing */
+    float min, max;       /* of the present samples; NaN when there are none */
+    uint64_t missing;     /* NaN samples */
 } vd_dem;
 
 typedef enum vd_height_encoding {
@@ -57,7 +57,7 @@ typedef struct vd_dem_def {
     int raw_width, raw_height;   /* raw files only; 0: not raw */
     char raw_type[8];            /* "u8", "i16", "u16", "i32", "f32", "f64" */
     bool raw_big_endian;
-    size_t raw_offset_bytes;     /* bytes to skip at the beginning */
+    size_t raw_offset_bytes; /* bytes to skip at the beginning */
 } vd_dem_def;
 
 VD_API vd_dem_def vd_dem_def_default(void);
@@ -74,17 +74,16 @@ VD_API void vd_dem_update_range(vd_dem *dem);
 /* Reads one of the core's own formats, told apart by contents, for .hgt by name and size (the name
  * gives the south-west corner: N45E006.hgt; 1201², 3601² or 1801 × 3601 samples, big-endian, −32768
  * missing). An ESRI ASCII grid whose coordinates look like longitude and latitude is taken as such,
- * which the log says; other grids are in metres. `def` may be null. Returns VD_ERROR_UNSUPPORTED when
- * the file is none of them (GDAL may know it; a regular file is then not read whole), else
+ * which the log says; other grids are in metres. `def` may be null. Returns VD_ERROR_UNSUPPORTED
+ * when the file is none of them (GDAL may know it; a regular file is then not read whole), else
  * VD_ERROR_ARGUMENT (a field of def), VD_ERROR_IO, VD_ERROR_FORMAT, VD_ERROR_LIMIT,
  * VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_dem_load(vd_context *context, const char *path,
                                          const vd_dem_def *def, vd_dem **out);
 
 /* The same from memory; `name` is used for the format (.hgt) and in error sentences. */
-VD_API VD_MUST_USE vd_status vd_dem_decode(vd_context *context, const void *data,
-                                           size_t size_bytes, const char *name,
-                                           const vd_dem_def *def, vd_dem **out);
+VD_API VD_MUST_USE vd_status vd_dem_decode(vd_context *context, const void *data, size_t size_bytes,
+                                           const char *name, const vd_dem_def *def, vd_dem **out);
 
 /* Joins DEMs of one CRS and one grid (equal cell sizes, unrotated, aligned to a hundredth of a
  * cell) into one; where several have a sample the first in the list wins. Shared edges fall

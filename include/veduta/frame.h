@@ -27,10 +27,10 @@ enum {
 typedef struct vd_frame {
     vd_context *context;
     int width, height;
-    size_t stride;       /* pixels from one row to the next, in all planes */
-    uint8_t *rgba;       /* never null */
-    float *depth;        /* null unless asked for */
-    uint32_t *id;        /* null unless asked for */
+    size_t stride;           /* pixels from one row to the next, in all planes */
+    uint8_t *rgba;           /* never null */
+    float *depth;            /* null unless asked for */
+    uint32_t *id;            /* null unless asked for */
     uint64_t object_ids[16]; /* 64-bit object id of each frame id; entry 0 is 0: nothing */
     int object_count;        /* entries in use, at least 1 */
 } vd_frame;

@@ -63,15 +63,17 @@ typedef struct vd_heightfield_def {
     size_t height_stride; /* samples from one row to the next */
     bool wraps;
     const vd_picture *colors; /* null: none; any size, 8 or 16 bits */
-    const double *color_from_sample; /* [6]; null: the picture is stretched over the map, so that
-                                        its outer edges meet the outer edges of the border samples */
+    const double
+        *color_from_sample;      /* [6]; null: the picture is stretched over the map, so that
+                                    its outer edges meet the outer edges of the border samples */
     double world_from_sample[6]; /* all zero: column, −row, in metres */
 } vd_heightfield_def;
 
 VD_API vd_heightfield_def vd_heightfield_def_default(void);
 
 /* Builds a block: copies heights and colours and computes the pyramid. NaN and infinite heights
- * become holes. *out is owned by the caller. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT or VD_ERROR_MEMORY. */
+ * become holes. *out is owned by the caller. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT or
+ * VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_heightfield_create(vd_context *context,
                                                    const vd_heightfield_def *def,
                                                    vd_heightfield **out);

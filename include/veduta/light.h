@@ -13,14 +13,14 @@
 VD_BEGIN_DECLARATIONS
 
 typedef struct vd_light {
-    vd_vec3 sun_direction; /* unit vector towards the sun */
-    vd_linear sun;         /* light on a surface that faces the sun */
-    vd_linear ambient_up;  /* light from the sky on a surface that faces up */
+    vd_vec3 sun_direction;  /* unit vector towards the sun */
+    vd_linear sun;          /* light on a surface that faces the sun */
+    vd_linear ambient_up;   /* light from the sky on a surface that faces up */
     vd_linear ambient_down; /* light from the ground on a surface that faces down */
-    vd_linear zenith;      /* sky colour straight up */
-    vd_linear horizon;     /* sky colour at elevation 0; haze mixes towards it */
-    vd_linear nadir;       /* colour below the horizon, straight down */
-    double haze_m;         /* distance at which haze leaves 1/e of the contrast; 0: no haze */
+    vd_linear zenith;       /* sky colour straight up */
+    vd_linear horizon;      /* sky colour at elevation 0; haze mixes towards it */
+    vd_linear nadir;        /* colour below the horizon, straight down */
+    double haze_m;          /* distance at which haze leaves 1/e of the contrast; 0: no haze */
 } vd_light;
 
 /* Returns daylight with the sun at `azimuth_rad` (clockwise from north) and `altitude_rad` above

@@ -18,11 +18,7 @@
 
 VD_BEGIN_DECLARATIONS
 
-typedef enum vd_filter {
-    VD_FILTER_NEAREST = 0,
-    VD_FILTER_LINEAR,
-    VD_FILTER_COUNT
-} vd_filter;
+typedef enum vd_filter { VD_FILTER_NEAREST = 0, VD_FILTER_LINEAR, VD_FILTER_COUNT } vd_filter;
 
 typedef enum vd_terrain_method {
     VD_TERRAIN_RAYCAST = 0, /* the plain reference: one ray at a time through the cells */
@@ -34,15 +30,15 @@ typedef struct vd_terrain_def {
     const vd_colormap *colormap;       /* colours by height where there are no colours; not owned */
     vd_light light;
     vd_terrain_method method;
-    vd_filter filter;     /* of the colours */
-    int samples;          /* 1, 4 or 8 a pixel */
-    double exaggeration;  /* factor on heights; 1 is real */
-    bool shading;         /* light the surface; off: plain colours */
-    bool shadows;         /* the surface throws shadows on itself */
-    bool curvature;       /* the Earth's, with refraction */
-    bool sky;             /* paint light's sky where nothing is hit; off: `background` */
-    vd_rgba8 background;  /* straight; alpha 0 is transparent */
-    uint64_t object_id;   /* the terrain's 64-bit id in the frame's table */
+    vd_filter filter;    /* of the colours */
+    int samples;         /* 1, 4 or 8 a pixel */
+    double exaggeration; /* factor on heights; 1 is real */
+    bool shading;        /* light the surface; off: plain colours */
+    bool shadows;        /* the surface throws shadows on itself */
+    bool curvature;      /* the Earth's, with refraction */
+    bool sky;            /* paint light's sky where nothing is hit; off: `background` */
+    vd_rgba8 background; /* straight; alpha 0 is transparent */
+    uint64_t object_id;  /* the terrain's 64-bit id in the frame's table */
 } vd_terrain_def;
 
 /* Daylight from azimuth 315°, altitude 45°, no haze; linear filter, 4 samples, exaggeration 1,
@@ -65,9 +61,9 @@ VD_API VD_MUST_USE vd_status vd_terrain_render(vd_context *context, vd_job *job,
 /* Estimates what vd_terrain_render will take by drawing a few spread tiles: wall seconds and the
  * most bytes held by the renderer at once (without frame and heightfield). */
 VD_API VD_MUST_USE vd_status vd_terrain_estimate(vd_context *context, vd_job *job,
-                                                 const vd_terrain_def *def,
-                                                 const vd_camera *camera, int width, int height,
-                                                 double *seconds, size_t *bytes);
+                                                 const vd_terrain_def *def, const vd_camera *camera,
+                                                 int width, int height, double *seconds,
+                                                 size_t *bytes);
 
 /* Returns one sentence on why a camera sees none of the terrain: the camera is under ground, all
  * samples are missing, it looks away, or the terrain is behind the near plane or the horizon. */
