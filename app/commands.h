@@ -1,0 +1,11 @@
+/* commands.h: the subcommands of the program. Each takes its own argument vector, argv[0] being the
+ * subcommand's name, and returns the exit status: 0 done, 1 failed (bad data), 2 bad use. */
+#ifndef VEDUTA_APP_COMMANDS_H
+#define VEDUTA_APP_COMMANDS_H
+
+int vd_command_render(int argc, char **argv);
+int vd_command_info(int argc, char **argv);
+int vd_command_compare(int argc, char **argv);
+int vd_command_bench(int argc, char **argv);
+
+#endif
