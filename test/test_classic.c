@@ -145,6 +145,8 @@ static const scene scenes[] = {
     {"flat", U8_MAP, 33, 40, 512, 800, 60, 0, 20, 0, 1, 30, 1, 0.5, 0},
     {"upside down", U8_MAP, 33, 40, 512, 800, 60, 0, 20, -30, 1, 300, 1, 0.5, 0},
     {"nothing", U8_MAP, 33, 40, 512, 800, 60, 0, 20, 30, 1, 1, 1, 0.5, 0},
+    /* nearly every slice shows, so far away that the last bit of a direction changes the cell */
+    {"far slices", U8_MAP, 97, 200, 512, 800, 1e6, 30, 0, 60, 1, 1e6, 3e5, 2e3, 0},
     {"tiny z0", U8_MAP, 33, 40, 512, 800, 60, 0, 20, 30, 1, 9, 1e-40, 0.5, 0},
 };
 
