@@ -47,7 +47,7 @@ static bool starts_as_ascii(const char *head, size_t size) {
             j++;
         }
         bool whole = keys[k][0] == 'x' || keys[k][0] == 'y' ||
-                     (i + n < size && strchr(" \t", head[i + n]) && head[i + n] != '\0');
+                     (i + n < size && strchr(" \t\r\n", head[i + n]) && head[i + n] != '\0');
         if (j == n && whole) {
             return true;
         }
