@@ -25,6 +25,15 @@ bool vd_read_number(const char *text, double *out) {
     return true;
 }
 
+void vd_write_number(double number, char out[32]) {
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(out, 32, "%.*g", digits, number);
+        if (strtod(out, NULL) == number) {
+            return;
+        }
+    }
+}
+
 bool vd_read_distance(const char *text, double *out) {
     static const struct {
         const char *ending;
@@ -209,7 +218,7 @@ static vd_status check_range(const vd_option *option, const char *text, double n
 /* Reads the number that stands behind a text, by the option's type. */
 static vd_status interpret(const vd_option *option, const char *text, double *number) {
     const char *unit = option->unit != NULL ? option->unit : "";
-    const char *blank = option->unit != NULL ? " of " : "";
+    const char *open = option->unit != NULL ? " (" : "", *close = option->unit != NULL ? ")" : "";
     switch (option->type) {
     case VD_OPTION_SWITCH:
     case VD_OPTION_FLAG: {
@@ -233,14 +242,14 @@ static vd_status interpret(const vd_option *option, const char *text, double *nu
     case VD_OPTION_INTEGER:
         if (!vd_read_number(text, number) || *number != floor(*number)) {
             return vd_failure(VD_ERROR_ARGUMENT,
-                              "--%s: \"%.40s\" is not a whole number; give one%s%s", option->key,
-                              text, blank, unit);
+                              "--%s: \"%.40s\" is not a whole number; give one%s%s%s", option->key,
+                              text, open, unit, close);
         }
         return check_range(option, text, *number);
     case VD_OPTION_REAL:
         if (!vd_read_number(text, number)) {
-            return vd_failure(VD_ERROR_ARGUMENT, "--%s: \"%.40s\" is not a number; give one%s%s",
-                              option->key, text, blank, unit);
+            return vd_failure(VD_ERROR_ARGUMENT, "--%s: \"%.40s\" is not a number; give one%s%s%s",
+                              option->key, text, open, unit, close);
         }
         return check_range(option, text, *number);
     case VD_OPTION_DISTANCE:

@@ -109,6 +109,9 @@ const char *vd_nearest_name(const char *typed, const char *const *names, int cou
 /* Reads a finite number that makes up all of the text; false otherwise. */
 bool vd_read_number(const char *text, double *out);
 
+/* Writes a number with the fewest digits, at least 15, that read back as the same number. */
+void vd_write_number(double number, char out[32]);
+
 /* Reads a distance in metres: a number with the ending m, km, ft or none. */
 bool vd_read_distance(const char *text, double *out);
 

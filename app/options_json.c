@@ -305,15 +305,15 @@ static json_t *value_for_file(const vd_option *option, const vd_option_value *va
     }
 }
 
-/* The fewest digits, at least 15, with which every real among the values reads back the same. */
-static int digits_needed(const vd_options *options) {
-    int digits = 15;
+/* The digits with which every real among the values reads back the same. */
+static size_t digits_needed(const vd_options *options) {
+    size_t digits = 15;
     for (int i = 0; i < options->count; i++) {
-        double number = options->values[i].number;
         char text[40];
-        for (bool same = false; !same && digits < 17; digits += !same) {
-            snprintf(text, sizeof text, "%.*g", digits, number);
-            same = strtod(text, NULL) == number;
+        double number = options->values[i].number;
+        while (digits < 17 && (snprintf(text, sizeof text, "%.*g", (int)digits, number),
+                               strtod(text, NULL) != number)) {
+            digits++;
         }
     }
     return digits;
@@ -334,7 +334,7 @@ vd_status vd_options_save_json(const vd_options *options, const char *path) {
             failed |= json_object_set_new(root, option->key, value) != 0;
         }
     }
-    size_t precision = (size_t)digits_needed(options);
+    size_t precision = digits_needed(options);
     char *text = failed ? NULL : json_dumps(root, JSON_INDENT(2) | JSON_REAL_PRECISION(precision));
     json_decref(root);
     if (text == NULL) {

@@ -1,0 +1,39 @@
+/* render_run.h: one run of `veduta render`, handed from stage to stage. */
+#ifndef VEDUTA_APP_RENDER_RUN_H
+#define VEDUTA_APP_RENDER_RUN_H
+
+#include "render_settings.h"
+#include "run.h"
+
+typedef struct vd_render_run {
+    const vd_render_settings *settings;
+    vd_notes notes;
+    vd_context *context;
+    vd_job *job;
+    double start; /* vd_seconds_now at the beginning */
+
+    bool bad_use; /* a failure is the command line's, not the data's */
+
+    /* What a stage leaves behind; json_t owned by the run. */
+    vd_frame *frame; /* null after a dry run */
+    double near_m, far_m;
+    char flags[1024];   /* the camera as flags */
+    json_t *camera;     /* the camera as an options file: the PNG's text, --print-camera */
+    json_t *camera_all; /* the camera in every spelling, for --json */
+    json_t *terrain;    /* what was drawn, for --json */
+    vd_frame_stats stats;
+    double draw_seconds;    /* drawing alone; after a dry run the estimate */
+    size_t estimated_bytes; /* dry run: the most memory held at once */
+} vd_render_run;
+
+/* Loads and draws, or estimates where settings->dry_run: a terrain, the classic picture. */
+VD_MUST_USE vd_status vd_render_terrain(vd_render_run *run);
+VD_MUST_USE vd_status vd_render_classic(vd_render_run *run);
+
+/* Creates the frame that the settings ask for. */
+VD_MUST_USE vd_status vd_render_make_frame(vd_render_run *run);
+
+/* Bytes of such a frame and of what writing it takes. */
+size_t vd_render_frame_bytes(const vd_render_settings *settings);
+
+#endif

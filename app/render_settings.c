@@ -1,0 +1,604 @@
+/* render_settings.c: what the texts of the render options mean. */
+#include "render_settings.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const double radians_per_degree = 3.14159265358979323846 / 180.0;
+
+static const char *text_of(const vd_options *options, int index) {
+    return options->values[index].text;
+}
+
+static double number_of(const vd_options *options, int index) {
+    return options->values[index].number;
+}
+
+static bool is_on(const vd_options *options, int index) {
+    return options->values[index].text != NULL && options->values[index].number != 0.0;
+}
+
+/* Reads a run of 1 to 9 digits and moves behind it; −1 when there is none. */
+static long read_digits(const char **at) {
+    size_t digits = strspn(*at, "0123456789");
+    if (digits == 0 || digits > 9) {
+        return -1;
+    }
+    long value = strtol(*at, NULL, 10);
+    *at += digits;
+    return value;
+}
+
+/* Reads WxH and moves behind it; both sides 1 to VD_MAX_SIDE. */
+static bool read_size(const char **at, int *width, int *height) {
+    long w = read_digits(at);
+    if (w < 1 || w > VD_MAX_SIDE || **at != 'x') {
+        return false;
+    }
+    (*at)++;
+    long h = read_digits(at);
+    if (h < 1 || h > VD_MAX_SIDE) {
+        return false;
+    }
+    *width = (int)w;
+    *height = (int)h;
+    return true;
+}
+
+bool vd_read_color(const char *text, vd_rgba8 *out) {
+    text += text[0] == '#';
+    if (strlen(text) != 6 || strspn(text, "0123456789abcdefABCDEF") != 6) {
+        return false;
+    }
+    unsigned long bits = strtoul(text, NULL, 16);
+    *out = (vd_rgba8){(uint8_t)(bits >> 16), (uint8_t)(bits >> 8), (uint8_t)bits, 255};
+    return true;
+}
+
+static bool ends_with(const char *text, const char *ending) {
+    size_t length = strlen(text), tail = strlen(ending);
+    return length >= tail && strcmp(text + length - tail, ending) == 0;
+}
+
+vd_status vd_render_apply_preset(vd_options *options) {
+    static const struct {
+        const char *preset;
+        int option;
+        const char *value;
+    } values[] = {
+        {"fast", OPTION_SAMPLES, "1"},
+        {"fast", OPTION_SHADOWS, "off"},
+        {"best", OPTION_SAMPLES, "8"},
+    };
+    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
+        if (strcmp(values[i].preset, text_of(options, OPTION_PRESET)) == 0) {
+            vd_status status =
+                vd_options_set(options, values[i].option, values[i].value, VD_SOURCE_PRESET);
+            if (status.code != VD_OK) {
+                return status;
+            }
+        }
+    }
+    return vd_success();
+}
+
+/* ---- picture ----------------------------------------------------------------------------------
+ */
+
+static vd_status read_output(const vd_options *options, vd_render_settings *out) {
+    out->output = text_of(options, OPTION_OUTPUT);
+    out->depth = text_of(options, OPTION_DEPTH);
+    out->ids = text_of(options, OPTION_IDS);
+    const char *slash = strrchr(out->output, '/');
+    const char *dot = strrchr(slash != NULL ? slash : out->output, '.');
+    if (dot != NULL && dot[1] != '\0' && strcmp(dot, ".png") != 0 && strcmp(dot, ".PNG") != 0) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--output: %.200s does not end in .png; pictures are written as PNG only",
+                          out->output);
+    }
+    if (out->depth != NULL && !ends_with(out->depth, ".exr") && !ends_with(out->depth, ".pfm") &&
+        !ends_with(out->depth, ".png")) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--depth: %.200s ends in none of .exr, .pfm and .png; name one of them",
+                          out->depth);
+    }
+    if (out->ids != NULL && !ends_with(out->ids, ".png")) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--ids: %.200s does not end in .png; name one that "
+                          "does",
+                          out->ids);
+    }
+    out->print_camera = is_on(options, OPTION_PRINT_CAMERA);
+    out->dry_run = is_on(options, OPTION_DRY_RUN);
+    out->allow_empty = is_on(options, OPTION_ALLOW_EMPTY);
+    out->json = is_on(options, OPTION_JSON);
+    out->quiet = is_on(options, OPTION_QUIET);
+    if (strcmp(out->output, "-") == 0 && !out->dry_run && (out->json || out->print_camera)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--output - and --%s both want standard output; "
+                          "write the picture to a file",
+                          out->json ? "json" : "print-camera");
+    }
+    return vd_success();
+}
+
+static vd_status read_picture(const vd_options *options, vd_render_settings *out) {
+    bool given = vd_options_given(options, OPTION_SIZE);
+    const char *size = given || !out->classic ? text_of(options, OPTION_SIZE) : "700x512";
+    const char *at = size;
+    if (!read_size(&at, &out->width, &out->height) || *at != '\0') {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--size: \"%.40s\" is not a size; give WIDTHxHEIGHT in pixels, each 1 to "
+                          "%d, such as 1920x1080",
+                          size, VD_MAX_SIDE);
+    }
+    if ((size_t)out->width * (size_t)out->height > VD_MAX_PIXELS) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--size: %.40s is more than %zu pixels; give less",
+                          size, VD_MAX_PIXELS);
+    }
+    static const int samples[] = {1, 4, 8};
+    out->samples = samples[(int)number_of(options, OPTION_SAMPLES)];
+    out->filter = (vd_filter)number_of(options, OPTION_FILTER);
+    out->threads = (int)number_of(options, OPTION_THREADS);
+    out->png_level = (int)number_of(options, OPTION_PNG_LEVEL);
+    return vd_success();
+}
+
+static vd_status read_method(const vd_options *options, vd_render_settings *out) {
+    const char *method = text_of(options, OPTION_METHOD);
+    char names[160] = "";
+    out->classic_method = VD_CLASSIC_COLUMNS;
+    if (strcmp(method, "auto") == 0 || (!out->classic && strcmp(method, "raycast") == 0)) {
+        return vd_success();
+    }
+    for (int i = 0; i < VD_CLASSIC_METHOD_COUNT; i++) {
+        const char *name = vd_classic_method_name((vd_classic_method)i);
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "", name);
+        if (strcmp(method, name) != 0) {
+            continue;
+        }
+        if (!out->classic) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--method: %s draws the classic picture only; add "
+                              "--classic, or give raycast",
+                              name);
+        }
+        out->classic_method = (vd_classic_method)i;
+        return vd_success();
+    }
+    return vd_failure(VD_ERROR_ARGUMENT, "--method: there is no \"%.40s\"%s; give one of %s%s",
+                      method, out->classic ? " for --classic" : "",
+                      out->classic ? ""
+                                   : "raycast; "
+                                     "with --classic ",
+                      names);
+}
+
+/* ---- look -------------------------------------------------------------------------------------
+ */
+
+static vd_status read_sky(const vd_options *options, vd_render_settings *out) {
+    const char *sky = text_of(options, OPTION_SKY);
+    const char *background = text_of(options, OPTION_BACKGROUND);
+    if (background != NULL && strcmp(background, "transparent") != 0 &&
+        !vd_read_color(background, &out->background)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--background: \"%.40s\" is not a colour; give RRGGBB "
+                          "in hexadecimal, such as 9090E0, or transparent",
+                          background);
+    }
+    out->sky = strcmp(sky, "off") != 0;
+    if (out->sky && strcmp(sky, "on") != 0) {
+        out->sky_colored = true;
+        if (!vd_read_color(sky, &out->sky_color)) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--sky: \"%.40s\" is neither on, off nor a "
+                              "colour; give one, such as 9090E0",
+                              sky);
+        }
+    }
+    if (background != NULL) {
+        if (out->sky && vd_options_given(options, OPTION_SKY)) {
+            return vd_failure(VD_ERROR_ARGUMENT, "--background shows only without a sky; leave out "
+                                                 "--sky or --background");
+        }
+        out->sky = false;
+    }
+    return vd_success();
+}
+
+static vd_status read_look(const vd_options *options, vd_render_settings *out) {
+    double sun[2];
+    if (vd_read_numbers(text_of(options, OPTION_SUN), sun, 2) != 2 || sun[0] < -360.0 ||
+        sun[0] > 360.0 || sun[1] < -90.0 || sun[1] > 90.0) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--sun: \"%.40s\" is not a direction; give AZ,ALT in "
+                          "degrees, -360 to 360 and -90 to 90, such as 315,45",
+                          text_of(options, OPTION_SUN));
+    }
+    out->sun_azimuth = sun[0];
+    out->sun_altitude = sun[1];
+    out->color = text_of(options, OPTION_COLOR);
+    out->colormap = text_of(options, OPTION_COLORMAP);
+    if (out->color != NULL && vd_options_given(options, OPTION_COLORMAP)) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--color and --colormap both say how the terrain is "
+                                             "coloured; give one of them");
+    }
+    out->shadows = is_on(options, OPTION_SHADOWS);
+    out->shading = is_on(options, OPTION_SHADING);
+    out->exaggeration = number_of(options, OPTION_EXAGGERATE);
+    out->curvature = vd_options_given(options, OPTION_CURVATURE)
+                         ? (int)number_of(options, OPTION_CURVATURE)
+                         : -1;
+    const char *haze = text_of(options, OPTION_HAZE);
+    if (strcmp(haze, "off") == 0) {
+        out->haze = VD_HAZE_OFF;
+    } else if (strcmp(haze, "auto") != 0 && strcmp(haze, "on") != 0) {
+        out->haze = VD_HAZE_DISTANCE;
+        if (!vd_read_distance(haze, &out->haze_m) || out->haze_m <= 0.0) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--haze: \"%.40s\" is neither auto, off nor a "
+                              "distance; give one, such as 20km",
+                              haze);
+        }
+    }
+    return read_sky(options, out);
+}
+
+/* ---- camera -----------------------------------------------------------------------------------
+ */
+
+/* Reads X,Y,Z, or LAT,LON with a height that says its unit. */
+static bool read_position(const char *text, vd_position *out) {
+    int count = vd_read_numbers(text, out->v, 3);
+    if (count == 3) {
+        out->kind = VD_POSITION_WORLD;
+        return true;
+    }
+    char copy[160];
+    if (strlen(text) >= sizeof copy) {
+        return false;
+    }
+    strcpy(copy, text);
+    out->kind = VD_POSITION_ABOVE_GROUND;
+    out->v[2] = 0.0;
+    if (count < 0) {
+        char *height = strrchr(copy, ',');
+        if (height == NULL) {
+            return false;
+        }
+        *height++ = '\0';
+        if (ends_with(height, "masl")) {
+            out->kind = VD_POSITION_ABOVE_SEA;
+            height[strlen(height) - 3] = '\0';
+        }
+        if (!vd_read_distance(height, &out->v[2])) {
+            return false;
+        }
+    }
+    return vd_read_numbers(copy, out->v, 2) == 2 && out->v[0] >= -90.0 && out->v[0] <= 90.0 &&
+           out->v[1] >= -360.0 && out->v[1] <= 360.0;
+}
+
+static vd_status refuse_together(const vd_options *options, int given, const int *others,
+                                 int count) {
+    for (int i = 0; i < count; i++) {
+        if (vd_options_given(options, others[i])) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--%s and --%s belong to different ways of saying "
+                              "where the camera is; give one of them",
+                              options->table[given].key, options->table[others[i]].key);
+        }
+    }
+    return vd_success();
+}
+
+/* Finds which of the three spellings the options make up. */
+static vd_status read_spelling(const vd_options *options, vd_camera_settings *out) {
+    static const int orbit[] = {OPTION_AZIMUTH, OPTION_ELEVATION, OPTION_DISTANCE};
+    static const int angles[] = {OPTION_HEADING, OPTION_PITCH};
+    bool turned =
+        vd_options_given(options, OPTION_HEADING) || vd_options_given(options, OPTION_PITCH);
+    if (!vd_options_given(options, OPTION_EYE)) {
+        out->spelling = VD_SPELLING_ORBIT;
+        if (turned) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--%s needs --eye; around a target the camera is "
+                              "turned by --azimuth and --elevation",
+                              vd_options_given(options, OPTION_HEADING) ? "heading" : "pitch");
+        }
+        return vd_success();
+    }
+    vd_status status = refuse_together(options, OPTION_EYE, orbit, 3);
+    if (status.code == VD_OK && vd_options_given(options, OPTION_TARGET)) {
+        status = refuse_together(options, OPTION_TARGET, angles, 2);
+    }
+    out->spelling = turned ? VD_SPELLING_ANGLES : VD_SPELLING_LOOK_AT;
+    return status;
+}
+
+static vd_status read_camera(const vd_options *options, vd_camera_settings *out) {
+    vd_status status = read_spelling(options, out);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const char *eye = text_of(options, OPTION_EYE), *target = text_of(options, OPTION_TARGET);
+    if (eye != NULL &&
+        (vd_read_numbers(eye, out->eye.v, 3) == 2 || !read_position(eye, &out->eye))) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--eye: \"%.60s\" is not a position; give X,Y,Z in "
+                          "metres, or LAT,LON with a height: 45.83,6.86,2m above ground, "
+                          "45.83,6.86,3000masl above sea level",
+                          eye);
+    }
+    if (target != NULL && !read_position(target, &out->target)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--target: \"%.60s\" is not a position; give X,Y,Z in "
+                          "metres, or LAT,LON in degrees",
+                          target);
+    }
+    out->azimuth = number_of(options, OPTION_AZIMUTH);
+    out->elevation = number_of(options, OPTION_ELEVATION);
+    out->distance_m = number_of(options, OPTION_DISTANCE);
+    out->heading = number_of(options, OPTION_HEADING);
+    out->pitch = number_of(options, OPTION_PITCH);
+    out->roll = number_of(options, OPTION_ROLL);
+    out->fov = number_of(options, OPTION_FOV);
+    out->near_m = number_of(options, OPTION_NEAR);
+    out->projection = (vd_projection)number_of(options, OPTION_PROJECTION);
+    if (out->projection == VD_PROJECTION_ORTHOGRAPHIC && out->spelling == VD_SPELLING_ANGLES) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--projection orthographic needs a target to take its "
+                          "scale from; give --target, or --azimuth and --elevation");
+    }
+    return vd_success();
+}
+
+/* ---- data -------------------------------------------------------------------------------------
+ */
+
+/* Reads WxH:TYPE[:big][:SKIP]. */
+static bool read_raw(const char *text, vd_dem_def *dem) {
+    static const char *const types[] = {"u8", "i16", "u16", "i32", "f32", "f64"};
+    const char *at = text;
+    if (!read_size(&at, &dem->raw_width, &dem->raw_height) || *at != ':') {
+        return false;
+    }
+    for (int field = 0; *at == ':'; field++) {
+        at++;
+        size_t length = strcspn(at, ":");
+        bool known = false;
+        for (size_t i = 0; field == 0 && i < sizeof types / sizeof types[0]; i++) {
+            if (strlen(types[i]) == length && strncmp(at, types[i], length) == 0) {
+                strcpy(dem->raw_type, types[i]);
+                known = true;
+            }
+        }
+        if (field > 0 && length == 3 && strncmp(at, "big", 3) == 0) {
+            dem->raw_big_endian = known = true;
+        } else if (field > 0 && length > 0 && strspn(at, "0123456789") == length && length < 16) {
+            dem->raw_offset_bytes = (size_t)strtoull(at, NULL, 10);
+            known = true;
+        }
+        if (!known) {
+            return false;
+        }
+        at += length;
+    }
+    return *at == '\0';
+}
+
+static vd_status read_data(const vd_options *options, vd_render_settings *out) {
+    out->dem = vd_dem_def_default();
+    out->dem.encoding = (vd_height_encoding)number_of(options, OPTION_HEIGHT_ENCODING);
+    out->dem.height_offset_m = number_of(options, OPTION_HEIGHT_OFFSET);
+    out->dem.has_nodata = vd_options_given(options, OPTION_NODATA);
+    out->dem.nodata = number_of(options, OPTION_NODATA);
+    out->has_cell_size = vd_options_given(options, OPTION_CELL_SIZE);
+    if (out->has_cell_size) {
+        out->dem.cell_size_m = number_of(options, OPTION_CELL_SIZE);
+    }
+    if (vd_options_given(options, OPTION_HEIGHT_SCALE)) {
+        out->dem.height_scale = number_of(options, OPTION_HEIGHT_SCALE);
+        if (out->dem.height_scale == 0.0) {
+            return vd_failure(VD_ERROR_ARGUMENT, "--height-scale: 0 would make everything flat; "
+                                                 "give another factor");
+        }
+    }
+    const char *raw = text_of(options, OPTION_RAW), *bands = text_of(options, OPTION_BANDS);
+    if (raw != NULL && !read_raw(raw, &out->dem)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--raw: \"%.60s\" is not understood; give "
+                          "WxH:TYPE[:big][:SKIP] with u8, i16, u16, i32, f32 or f64, such as "
+                          "1201x1201:i16:big",
+                          raw);
+    }
+    out->fill_missing = number_of(options, OPTION_MISSING) != 0.0;
+    out->band = (int)number_of(options, OPTION_BAND);
+    double numbers[3] = {0.0, 0.0, 0.0};
+    bool right = bands == NULL || vd_read_numbers(bands, numbers, 3) == 3;
+    for (int i = 0; i < 3; i++) {
+        right = right && numbers[i] >= (bands != NULL ? 1.0 : 0.0) && numbers[i] <= 65535.0;
+        out->bands[i] = right ? (int)numbers[i] : 0;
+    }
+    if (!right) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--bands: \"%.40s\" is not three band numbers; give "
+                          "R,G,B, the first band being 1, such as 3,2,1",
+                          bands);
+    }
+    return vd_success();
+}
+
+/* ---- classic ----------------------------------------------------------------------------------
+ */
+
+static vd_status read_classic_key(const char *pair, vd_classic_def *def, double *yaw) {
+    const struct {
+        const char *key;
+        double *value;
+    } keys[] = {
+        {"x", &def->x},
+        {"y", &def->y},
+        {"height", &def->height},
+        {"yaw", yaw},
+        {"horizon", &def->horizon},
+        {"scale", &def->scale},
+        {"view", &def->view},
+        {"distance", &def->distance},
+        {"z0", &def->z0},
+        {"step", &def->step},
+        {"growth", &def->growth},
+    };
+    enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
+    const char *names[KEY_COUNT];
+    char key[32];
+    size_t length = strcspn(pair, "=");
+    snprintf(key, sizeof key, "%.*s", (int)(length < 31 ? length : 31), pair);
+    for (int i = 0; i < KEY_COUNT; i++) {
+        names[i] = keys[i].key;
+        if (strcmp(key, keys[i].key) != 0) {
+            continue;
+        }
+        if (pair[length] != '=' || !vd_read_number(pair + length + 1, keys[i].value)) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--classic: \"%.60s\" is not KEY=NUMBER; give "
+                              "one, such as %s=1",
+                              pair, key);
+        }
+        def->yaw_rad = *yaw * radians_per_degree;
+        return vd_success();
+    }
+    const char *nearest = vd_nearest_name(key, names, KEY_COUNT);
+    return vd_failure(VD_ERROR_ARGUMENT, "--classic: there is no key \"%s\"; %s%s", key,
+                      nearest != NULL ? "did you mean "
+                                      : "the keys are x, y, height, yaw, horizon, "
+                                        "scale, view, distance, z0, step and growth",
+                      nearest != NULL ? nearest : "");
+}
+
+/* The classic picture has neither light nor sky: what asks for them is bad use, what switches them
+ * off is not. */
+static vd_status refuse_in_classic(const vd_options *options) {
+    static const int never[] = {
+        OPTION_SUN,      OPTION_EXAGGERATE,   OPTION_AZIMUTH,       OPTION_ELEVATION,
+        OPTION_DISTANCE, OPTION_EYE,          OPTION_TARGET,        OPTION_HEADING,
+        OPTION_PITCH,    OPTION_ROLL,         OPTION_FOV,           OPTION_PROJECTION,
+        OPTION_NEAR,     OPTION_MISSING,      OPTION_NODATA,        OPTION_CELL_SIZE,
+        OPTION_RAW,      OPTION_HEIGHT_SCALE, OPTION_HEIGHT_OFFSET, OPTION_HEIGHT_ENCODING,
+        OPTION_BAND,     OPTION_BANDS,
+    };
+    static const struct {
+        int option;
+        const char *off;
+    } only_off[] = {{OPTION_SHADOWS, "off"},  {OPTION_SHADING, "off"}, {OPTION_HAZE, "off"},
+                    {OPTION_SKY, "off"},      {OPTION_SAMPLES, "1"},   {OPTION_FILTER, "nearest"},
+                    {OPTION_CURVATURE, "off"}};
+    for (size_t i = 0; i < sizeof never / sizeof never[0]; i++) {
+        if (vd_options_given(options, never[i])) {
+            return vd_failure(VD_ERROR_ARGUMENT, "--%s does not apply to --classic; leave it out",
+                              options->table[never[i]].key);
+        }
+    }
+    for (size_t i = 0; i < sizeof only_off / sizeof only_off[0]; i++) {
+        int option = only_off[i].option;
+        if (vd_options_given(options, option) &&
+            strcmp(text_of(options, option), only_off[i].off) != 0 &&
+            !(options->table[option].type == VD_OPTION_FLAG && !is_on(options, option))) {
+            return vd_failure(VD_ERROR_ARGUMENT, "--%s can only be %s with --classic; leave it out",
+                              options->table[option].key, only_off[i].off);
+        }
+    }
+    return vd_success();
+}
+
+static vd_status read_classic(const vd_options *options, vd_render_settings *out) {
+    vd_status status = refuse_in_classic(options);
+    out->classic_def = vd_classic_def_default();
+    const char *at = text_of(options, OPTION_CLASSIC);
+    while (status.code == VD_OK && *at != '\0') {
+        char pair[96];
+        size_t length = strcspn(at, ",");
+        snprintf(pair, sizeof pair, "%.*s", (int)(length < 95 ? length : 95), at);
+        status = read_classic_key(pair, &out->classic_def, &out->classic_yaw);
+        at += length + (at[length] == ',');
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    if (vd_options_given(options, OPTION_BACKGROUND)) {
+        out->classic_def.background = out->background;
+        if (out->background.a == 0) {
+            return vd_failure(VD_ERROR_ARGUMENT, "--background: the classic picture has no "
+                                                 "transparency; give RRGGBB");
+        }
+    }
+    return vd_success();
+}
+
+/* What the picture is made from: files, or for the classic one --height. */
+static vd_status read_inputs(const vd_options *options, vd_render_settings *out) {
+    const char *height = text_of(options, OPTION_HEIGHT);
+    out->inputs = (const char *const *)options->inputs;
+    out->input_count = options->input_count;
+    if (!out->classic && height != NULL) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--height belongs to --classic; name elevation files "
+                          "without an option: veduta render %.120s",
+                          height);
+    }
+    if (height != NULL && out->input_count > 0) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--height and %.120s both give the heights; name one "
+                          "of them",
+                          out->inputs[0]);
+    }
+    if (height != NULL) {
+        out->inputs = (const char *const *)&options->values[OPTION_HEIGHT].text;
+        out->input_count = 1;
+    }
+    if (out->input_count == 0) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "there is nothing to render; name an elevation file, "
+                          "as in `veduta render %s`",
+                          out->classic ? "--classic x=512 --height "
+                                         "map.png"
+                                       : "dem.tif");
+    }
+    if (out->classic && out->input_count > 1) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--classic draws one map; name one height picture");
+    }
+    return vd_success();
+}
+
+vd_status vd_render_settings_read(const vd_options *options, vd_render_settings *out) {
+    vd_render_settings made = {.background = {0, 0, 0, 0}};
+    made.classic = vd_options_given(options, OPTION_CLASSIC);
+    vd_status status = read_inputs(options, &made);
+    if (status.code == VD_OK) {
+        status = read_output(options, &made);
+    }
+    if (status.code == VD_OK) {
+        status = read_picture(options, &made);
+    }
+    if (status.code == VD_OK) {
+        status = read_method(options, &made);
+    }
+    if (status.code == VD_OK) {
+        status = read_look(options, &made);
+    }
+    if (status.code == VD_OK) {
+        status = read_camera(options, &made.camera);
+    }
+    if (status.code == VD_OK) {
+        status = read_data(options, &made);
+    }
+    if (status.code == VD_OK && made.classic) {
+        status = read_classic(options, &made);
+    }
+    if (status.code == VD_OK) {
+        *out = made;
+    }
+    return status;
+}

@@ -1,0 +1,141 @@
+/* render_settings.h: the options of `veduta render` and what they mean.
+ *
+ * The table below is the one place that knows the options; vd_render_settings is the same thing
+ * understood: every text parsed, every range and every pair of options that exclude each other
+ * checked, before any file is opened. Angles are in degrees, as given.
+ */
+#ifndef VEDUTA_APP_RENDER_SETTINGS_H
+#define VEDUTA_APP_RENDER_SETTINGS_H
+
+#include <veduta/veduta.h>
+
+#include "options.h"
+
+enum {
+    OPTION_OUTPUT = 0,
+    OPTION_SIZE,
+    OPTION_SAMPLES,
+    OPTION_FILTER,
+    OPTION_PRESET,
+    OPTION_METHOD,
+    OPTION_THREADS,
+    OPTION_PNG_LEVEL,
+    OPTION_DEPTH,
+    OPTION_IDS,
+
+    OPTION_COLOR,
+    OPTION_COLORMAP,
+    OPTION_SUN,
+    OPTION_SHADOWS,
+    OPTION_SHADING,
+    OPTION_HAZE,
+    OPTION_SKY,
+    OPTION_BACKGROUND,
+    OPTION_EXAGGERATE,
+    OPTION_CURVATURE,
+
+    OPTION_AZIMUTH,
+    OPTION_ELEVATION,
+    OPTION_DISTANCE,
+    OPTION_EYE,
+    OPTION_TARGET,
+    OPTION_HEADING,
+    OPTION_PITCH,
+    OPTION_ROLL,
+    OPTION_FOV,
+    OPTION_PROJECTION,
+    OPTION_NEAR,
+    OPTION_PRINT_CAMERA,
+
+    OPTION_MISSING,
+    OPTION_NODATA,
+    OPTION_CELL_SIZE,
+    OPTION_HEIGHT_SCALE,
+    OPTION_HEIGHT_OFFSET,
+    OPTION_HEIGHT_ENCODING,
+    OPTION_RAW,
+    OPTION_BAND,
+    OPTION_BANDS,
+
+    OPTION_CLASSIC,
+    OPTION_HEIGHT,
+
+    OPTION_OPTIONS,
+    OPTION_SAVE,
+    OPTION_DRY_RUN,
+    OPTION_ALLOW_EMPTY,
+    OPTION_JSON,
+    OPTION_QUIET,
+    OPTION_HELP,
+    OPTION_COUNT
+};
+
+extern const vd_option vd_render_table[OPTION_COUNT];
+
+typedef enum vd_position_kind {
+    VD_POSITION_NONE = 0,
+    VD_POSITION_WORLD,        /* x, y, z in world metres */
+    VD_POSITION_ABOVE_GROUND, /* latitude, longitude, metres above the ground */
+    VD_POSITION_ABOVE_SEA     /* latitude, longitude, metres in the data's own heights */
+} vd_position_kind;
+
+typedef struct vd_position {
+    vd_position_kind kind;
+    double v[3];
+} vd_position;
+
+typedef enum vd_camera_spelling {
+    VD_SPELLING_ORBIT = 0, /* azimuth, elevation, distance about a target */
+    VD_SPELLING_LOOK_AT,   /* eye, target */
+    VD_SPELLING_ANGLES     /* eye, heading, pitch */
+} vd_camera_spelling;
+
+typedef struct vd_camera_settings {
+    vd_camera_spelling spelling;
+    vd_position eye, target;          /* kind NONE: found from the terrain */
+    double azimuth, elevation;        /* orbit: where the camera looks; how far it looks down */
+    double distance_m;                /* orbit: 0 frames the relief */
+    double heading, pitch, roll, fov; /* degrees */
+    vd_projection projection;
+    double near_m;
+} vd_camera_settings;
+
+typedef enum vd_haze_mode { VD_HAZE_AUTO = 0, VD_HAZE_OFF, VD_HAZE_DISTANCE } vd_haze_mode;
+
+/* Names point into the vd_options that the settings were made from. */
+typedef struct vd_render_settings {
+    const char *output, *depth, *ids; /* depth and ids null unless asked for */
+    const char *const *inputs;
+    int input_count;
+    int width, height, samples, threads, png_level;
+    vd_filter filter;
+    const char *color, *colormap;     /* color null: none */
+    double sun_azimuth, sun_altitude; /* degrees */
+    bool shadows, shading, sky, sky_colored;
+    vd_rgba8 sky_color, background;
+    vd_haze_mode haze;
+    double haze_m;
+    double exaggeration;
+    int curvature; /* −1: on when the data is georeferenced */
+    vd_camera_settings camera;
+    bool fill_missing;
+    vd_dem_def dem;
+    bool has_cell_size;
+    int band, bands[3]; /* 0: automatic */
+    bool classic;
+    vd_classic_def classic_def;
+    double classic_yaw; /* degrees, as given */
+    vd_classic_method classic_method;
+    bool print_camera, dry_run, allow_empty, json, quiet;
+} vd_render_settings;
+
+/* Reads the settings out of the options. Returns VD_ERROR_ARGUMENT for bad use. */
+VD_MUST_USE vd_status vd_render_settings_read(const vd_options *options, vd_render_settings *out);
+
+/* Gives the options that no one set the values of --preset. */
+VD_MUST_USE vd_status vd_render_apply_preset(vd_options *options);
+
+/* Reads RRGGBB (a # before it is allowed). */
+bool vd_read_color(const char *text, vd_rgba8 *out);
+
+#endif

@@ -1,0 +1,225 @@
+/* run.c: notes, progress, interruption, output checks. */
+#include "run.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+int vd_report(const vd_status *status, int code) {
+    fprintf(stderr, "veduta: %s\n", status->message);
+    return code;
+}
+
+double vd_seconds_now(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* ---- notes ------------------------------------------------------------------------------------
+ */
+
+vd_status vd_notes_init(vd_notes *notes, bool quiet) {
+    *notes = (vd_notes){.quiet = quiet, .list = json_array()};
+    if (notes->list == NULL || pthread_mutex_init(&notes->lock, NULL) != 0) {
+        json_decref(notes->list);
+        return vd_failure(VD_ERROR_MEMORY, "out of memory at the start");
+    }
+    return vd_success();
+}
+
+void vd_notes_finish(vd_notes *notes) {
+    json_decref(notes->list);
+    pthread_mutex_destroy(&notes->lock);
+}
+
+void vd_notes_log(void *user, vd_log_level level, const char *sentence) {
+    vd_notes *notes = user;
+    if (level == VD_LOG_DEBUG) {
+        return;
+    }
+    pthread_mutex_lock(&notes->lock);
+    json_array_append_new(notes->list, json_string(sentence));
+    if (!notes->quiet) {
+        fprintf(stderr, "veduta: note: %s\n", sentence);
+    }
+    pthread_mutex_unlock(&notes->lock);
+}
+
+/* ---- interruption -----------------------------------------------------------------------------
+ */
+
+/* A signal handler reaches nothing but globals; vd_job_cancel is async-signal-safe. */
+static vd_job *volatile signalled_job;
+
+static void on_signal(int number) {
+    (void)number;
+    if (signalled_job != NULL) {
+        vd_job_cancel(signalled_job);
+    }
+}
+
+void vd_cancel_on_signal(vd_job *job) {
+    struct sigaction action = {.sa_handler = job != NULL ? on_signal : SIG_DFL,
+                               .sa_flags = (int)SA_RESETHAND};
+    struct sigaction ignore = {.sa_handler = SIG_IGN};
+    sigemptyset(&action.sa_mask);
+    sigemptyset(&ignore.sa_mask);
+    signalled_job = job;
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    sigaction(SIGPIPE, &ignore, NULL); /* a closed pipe is a write error like any other */
+}
+
+/* ---- progress ---------------------------------------------------------------------------------
+ */
+
+static void *show_progress(void *user) {
+    vd_progress *progress = user;
+    double start = vd_seconds_now();
+    pthread_mutex_lock(&progress->lock);
+    while (!progress->stop) {
+        struct timespec until;
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_nsec += 200 * 1000 * 1000;
+        until.tv_sec += until.tv_nsec / 1000000000;
+        until.tv_nsec %= 1000000000;
+        pthread_cond_timedwait(&progress->ended, &progress->lock, &until);
+        double share = vd_job_progress(progress->job);
+        double spent = vd_seconds_now() - start;
+        if (!progress->stop && share > 0.0) {
+            fprintf(stderr, "\rdrawing %3.0f %%, %.0f s left \033[K", 100.0 * share,
+                    spent / share - spent);
+        }
+    }
+    pthread_mutex_unlock(&progress->lock);
+    fputs("\r\033[K", stderr);
+    return NULL;
+}
+
+void vd_progress_start(vd_progress *progress, const vd_job *job, bool quiet) {
+    *progress = (vd_progress){.job = job};
+    if (quiet || !isatty(STDERR_FILENO)) {
+        return;
+    }
+    pthread_mutex_init(&progress->lock, NULL);
+    pthread_cond_init(&progress->ended, NULL);
+    progress->running = pthread_create(&progress->thread, NULL, show_progress, progress) == 0;
+}
+
+void vd_progress_stop(vd_progress *progress) {
+    if (!progress->running) {
+        return;
+    }
+    pthread_mutex_lock(&progress->lock);
+    progress->stop = true;
+    pthread_cond_signal(&progress->ended);
+    pthread_mutex_unlock(&progress->lock);
+    pthread_join(progress->thread, NULL);
+    pthread_cond_destroy(&progress->ended);
+    pthread_mutex_destroy(&progress->lock);
+    progress->running = false;
+}
+
+/* ---- results ----------------------------------------------------------------------------------
+ */
+
+static bool same_file(const struct stat *a, const char *path) {
+    struct stat b;
+    return path != NULL && strcmp(path, "-") != 0 && stat(path, &b) == 0 && a->st_dev == b.st_dev &&
+           a->st_ino == b.st_ino;
+}
+
+vd_status vd_check_output(const char *option, const char *path, const char *const *inputs,
+                          int count) {
+    if (strcmp(path, "-") == 0) {
+        return isatty(STDOUT_FILENO) ? vd_failure(VD_ERROR_ARGUMENT,
+                                                  "--%s - would write a picture to the terminal; "
+                                                  "send it into a file or a pipe",
+                                                  option)
+                                     : vd_success();
+    }
+    struct stat there;
+    if (stat(path, &there) == 0) {
+        if (S_ISDIR(there.st_mode)) {
+            return vd_failure(VD_ERROR_IO, "cannot write %.200s: it is a folder; name a file in it",
+                              path);
+        }
+        for (int i = 0; i < count; i++) {
+            if (S_ISREG(there.st_mode) && same_file(&there, inputs[i])) {
+                return vd_failure(VD_ERROR_ARGUMENT,
+                                  "--%s: %.200s is also read and would be "
+                                  "overwritten; name another file",
+                                  option, path);
+            }
+        }
+        if (!S_ISREG(there.st_mode)) {
+            return access(path, W_OK) == 0
+                       ? vd_success()
+                       : vd_failure(VD_ERROR_IO, "cannot write %.200s: %s; choose another file",
+                                    path, strerror(errno));
+        }
+    }
+    char folder[4096] = ".";
+    const char *slash = strrchr(path, '/');
+    if (slash != NULL) {
+        int length = slash == path ? 1 : (int)(slash - path);
+        snprintf(folder, sizeof folder, "%.*s", length, path);
+    }
+    if (stat(folder, &there) != 0 || !S_ISDIR(there.st_mode)) {
+        return vd_failure(VD_ERROR_IO,
+                          "cannot write %.160s: there is no folder %.160s; make it "
+                          "first",
+                          path, folder);
+    }
+    if (access(folder, W_OK | X_OK) != 0) {
+        return vd_failure(VD_ERROR_IO,
+                          "cannot write %.160s: the folder %.160s does not allow it; "
+                          "choose another",
+                          path, folder);
+    }
+    return vd_success();
+}
+
+char *vd_quote_command(const char *program, int argc, char **argv) {
+    size_t size = strlen(program) + 1;
+    for (int i = 0; i < argc; i++) {
+        size += 4 * strlen(argv[i]) + 3;
+    }
+    char *text = malloc(size);
+    if (text == NULL) {
+        return NULL;
+    }
+    char *at = text + snprintf(text, size, "%s", program);
+    for (int i = 0; i < argc; i++) {
+        static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                    "0123456789-_=+,.:/@%";
+        bool quote = argv[i][0] == '\0' || argv[i][strspn(argv[i], plain)] != '\0';
+        *at++ = ' ';
+        if (quote) {
+            *at++ = '\'';
+        }
+        for (const char *c = argv[i]; *c != '\0'; c++) {
+            if (*c == '\'') {
+                at += snprintf(at, 5, "'\\''");
+            } else {
+                *at++ = *c;
+            }
+        }
+        if (quote) {
+            *at++ = '\'';
+        }
+    }
+    *at = '\0';
+    return text;
+}
+
+bool vd_print_json(const json_t *root) {
+    bool printed = root != NULL && json_dumpf(root, stdout, JSON_INDENT(2)) == 0;
+    return printed && putchar('\n') != EOF && fflush(stdout) == 0;
+}
