@@ -45,7 +45,8 @@ VD_API VD_MUST_USE vd_status vd_picture_decode(vd_context *context, const void *
  * no alpha. 0 <= x < width, 0 <= y < height. */
 VD_API vd_rgba8 vd_picture_color(const vd_picture *picture, int x, int y);
 
-/* A text chunk: an ASCII keyword of 1 … 79 bytes and UTF-8 text. */
+/* A text chunk: a keyword of 1 … 79 bytes of printable ASCII, without spaces at its ends or two in
+ * a row, and UTF-8 text of at most 16 MiB. One with an empty text is left out. */
 typedef struct vd_picture_text {
     const char *keyword;
     const char *text;

@@ -128,9 +128,10 @@ static uint32_t magnitude(int residue) {
 
 static int choose_filter(const uint8_t *row, const uint8_t *above, size_t count,
                          size_t pixel_bytes) {
-    uint32_t sub = 0, up = 0, average = 0; /* at most 75,000 samples of 128 each */
+    const uint8_t *before = row - pixel_bytes; /* within the margin at first */
+    uint32_t sub = 0, up = 0, average = 0;     /* at most 75,000 samples of 128 each */
     for (size_t i = 0; i < count; i += SAMPLE_STEP) {
-        const int value = row[i], left = row[i - pixel_bytes], over = above[i];
+        const int value = row[i], left = before[i], over = above[i];
         sub += magnitude(value - left);
         up += magnitude(value - over);
         average += magnitude(value - ((left + over) >> 1));
@@ -230,7 +231,9 @@ vd_status vd_png_write_fast(const vd_png_source *source, const vd_picture_text *
     make_crc_table(e->crc_table);
     write_header(e, source);
     for (int i = 0; i < text_count; i++) {
-        write_text(e, &text[i]);
+        if (text[i].text[0] != 0) {
+            write_text(e, &text[i]);
+        }
     }
     write_rows(e, source);
     write_chunk(e, "IEND", "", 0, "", 0);

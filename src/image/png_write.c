@@ -104,19 +104,21 @@ static int write_stream(spng_ctx *png, void *user, void *data, size_t size_bytes
  * lives as long as `png`. */
 static int set_text(spng_ctx *png, const vd_png_def *def, struct spng_text *chunks) {
     static char none[1];
-    if (def->text_count == 0) {
-        return 0;
-    }
+    uint32_t count = 0;
     for (int i = 0; i < def->text_count; i++) {
-        memset(&chunks[i], 0, sizeof chunks[i]);
-        memcpy(chunks[i].keyword, def->text[i].keyword, strlen(def->text[i].keyword));
-        chunks[i].type = SPNG_ITXT;
-        chunks[i].text = (char *)def->text[i].text; /* not written to */
-        chunks[i].length = strlen(def->text[i].text);
-        chunks[i].language_tag = none;
-        chunks[i].translated_keyword = none;
+        if (def->text[i].text[0] == 0) { /* refused by libspng; the fast encoder does the same */
+            continue;
+        }
+        struct spng_text *chunk = &chunks[count++];
+        memset(chunk, 0, sizeof *chunk);
+        memcpy(chunk->keyword, def->text[i].keyword, strlen(def->text[i].keyword));
+        chunk->type = SPNG_ITXT;
+        chunk->text = (char *)def->text[i].text; /* not written to */
+        chunk->length = strlen(def->text[i].text);
+        chunk->language_tag = none;
+        chunk->translated_keyword = none;
     }
-    return spng_set_text(png, chunks, (uint32_t)def->text_count);
+    return count ? spng_set_text(png, chunks, count) : 0;
 }
 
 static int encode(spng_ctx *png, const vd_png_source *source, const vd_png_def *def,
