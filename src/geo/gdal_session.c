@@ -111,6 +111,17 @@ const char *vd_gdal_type_name(GDALRasterBandH band) {
     }
 }
 
+GDALRasterBandH vd_gdal_alpha(GDALDatasetH dataset) {
+    int count = dataset != NULL ? GDALGetRasterCount(dataset) : 0;
+    for (int b = count; b > 1; b--) {
+        GDALRasterBandH band = GDALGetRasterBand(dataset, b);
+        if (GDALGetRasterColorInterpretation(band) == GCI_AlphaBand) {
+            return band;
+        }
+    }
+    return NULL;
+}
+
 /* Says why GDAL opened nothing. */
 static vd_status explain_open(const vd_gdal_session *session, const char *path) {
     struct stat info;

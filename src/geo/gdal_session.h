@@ -39,6 +39,10 @@ vd_status vd_gdal_failure(const vd_gdal_session *session, vd_code code, const ch
 /* Returns "uint8", "int16", "float32" …, "complex" or "unknown". */
 const char *vd_gdal_type_name(GDALRasterBandH band);
 
+/* Returns the dataset's alpha band, null when it has none. GDAL itself counts it as the mask of the
+ * others only in datasets of two or four bands. */
+GDALRasterBandH vd_gdal_alpha(GDALDatasetH dataset);
+
 /* Makes a virtual copy of a dataset by GDALTranslate or GDALWarp with the given arguments; it reads
  * through `source`, which must be closed after it. Null when GDAL cannot. */
 GDALDatasetH vd_gdal_translate(GDALDatasetH source, const char *const *arguments);

@@ -134,8 +134,17 @@ static bool file_nodata(GDALRasterBandH band, double *out) {
     return has;
 }
 
-static bool has_mask(GDALRasterBandH band) {
+static bool has_own_mask(GDALRasterBandH band) {
     return (GDALGetMaskFlags(band) & (GMF_ALL_VALID | GMF_NODATA)) == 0;
+}
+
+/* The band that says which samples are there; null when none does. */
+static GDALRasterBandH mask_of(GDALRasterBandH band) {
+    if (has_own_mask(band)) {
+        return GDALGetMaskBand(band);
+    }
+    GDALRasterBandH alpha = vd_gdal_alpha(GDALGetBandDataset(band));
+    return alpha != band ? alpha : NULL;
 }
 
 vd_height_rule vd_height_rule_of(vd_gdal_session *session, GDALRasterBandH band, const char *path,
@@ -168,7 +177,7 @@ vd_height_rule vd_height_rule_of(vd_gdal_session *session, GDALRasterBandH band,
     if (def->has_nodata) {
         rule.nodata[rule.nodata_count++] = stored_as(GDALGetRasterDataType(band), def->nodata);
     }
-    rule.guess = rule.nodata_count == 0 && !has_mask(band);
+    rule.guess = rule.nodata_count == 0 && mask_of(band) == NULL;
     return rule;
 }
 
@@ -216,6 +225,10 @@ void vd_geo_fit(int width, int height, int max_side, int *out_width, int *out_he
 /* The smallest overview that is not smaller than the wanted grid, else the band itself. */
 static GDALRasterBandH pick_overview(GDALRasterBandH band, int width, int height) {
     GDALRasterBandH best = band;
+    const bool masked = has_own_mask(band);
+    if (!masked && mask_of(band) != NULL) {
+        return band; /* its overviews do not lead to theirs of the alpha band */
+    }
     int count = GDALGetOverviewCount(band);
     for (int i = 0; i < count; i++) {
         GDALRasterBandH overview = GDALGetOverview(band, i);
@@ -224,7 +237,7 @@ static GDALRasterBandH pick_overview(GDALRasterBandH band, int width, int height
             GDALGetRasterBandXSize(overview) >= GDALGetRasterBandXSize(best)) {
             continue;
         }
-        if (has_mask(band)) {
+        if (masked) {
             GDALRasterBandH mask = GDALGetMaskBand(overview);
             if (mask == NULL || (GDALGetMaskFlags(overview) & GMF_ALL_VALID) != 0) {
                 continue; /* the overview lost the mask */
@@ -319,7 +332,7 @@ static vd_status reader_init(reader *r, const char *path, GDALRasterBandH sample
     vd_context *context = dem->context;
     *r = (reader){.rule = rule, .dem = dem};
     r->band = pick_overview(samples, dem->width, dem->height);
-    r->mask = has_mask(r->band) ? GDALGetMaskBand(r->band) : NULL;
+    r->mask = mask_of(r->band);
     r->width = GDALGetRasterBandXSize(r->band);
     r->height = GDALGetRasterBandYSize(r->band);
     if (r->width > VD_GEO_MAX_WIDTH_READ ||

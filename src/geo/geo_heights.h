@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <veduta/geo.h>
 
-/* The most samples that are read to make one decimated grid: about half a minute's work. */
+/* The most samples that are read to make one decimated grid: about a minute's work. */
 #define VD_GEO_MAX_SAMPLES_READ 8589934592.0
 #define VD_GEO_MAX_WIDTH_READ (1 << 25) /* a row is read whole: 256 MiB */
 

@@ -60,8 +60,10 @@ static vd_status read_alpha(pixel_reader *r) {
         return out_of_memory(pixels);
     }
     GDALRasterBandH band = GDALGetRasterBand(r->dataset, r->bands[0]);
-    vd_status status = read_band(r, GDALGetMaskBand(band), r->alpha, GDT_Byte, 1, width);
-    bool per_band = (GDALGetMaskFlags(band) & GMF_PER_DATASET) == 0;
+    GDALRasterBandH alpha = vd_gdal_alpha(r->dataset);
+    const bool per_band = alpha == NULL && (GDALGetMaskFlags(band) & GMF_PER_DATASET) == 0;
+    vd_status status =
+        read_band(r, alpha != NULL ? alpha : GDALGetMaskBand(band), r->alpha, GDT_Byte, 1, width);
     for (int i = 1; i < r->count && per_band && status.code == VD_OK; i++) {
         other = other != NULL ? other : vd_allocate(r->session->context, pixels, 1);
         if (other == NULL) {
@@ -185,7 +187,7 @@ static vd_status allocate(pixel_reader *r, bool masked, bool stretched) {
 }
 
 static vd_status read_channels(pixel_reader *r) {
-    bool masked = false, stretched = false;
+    bool masked = vd_gdal_alpha(r->dataset) != NULL, stretched = false;
     for (int i = 0; i < r->count; i++) {
         GDALRasterBandH band = GDALGetRasterBand(r->dataset, r->bands[i]);
         if (strcmp(vd_gdal_type_name(band), "complex") == 0) {
