@@ -36,46 +36,48 @@ size_t vd_deflate_begin(vd_deflate *deflate, uint8_t *out) {
 }
 
 size_t vd_deflate_bound(size_t size_bytes) {
-    /* LONGEST_CODE bits a literal; a run costs less than the four literals it replaces. */
+    /* LONGEST_CODE bits a literal; a run costs less than the four literals it replaces. The rest is
+     * for the header, the end and what a flush writes too much. */
     return size_bytes * LONGEST_CODE / 8 + 256;
 }
 
-/* Writes the oldest 32 bits, lowest byte first. */
-static inline uint8_t *flush(uint64_t bits, uint8_t *out) {
-    out[0] = (uint8_t)bits;
-    out[1] = (uint8_t)(bits >> 8);
-    out[2] = (uint8_t)(bits >> 16);
-    out[3] = (uint8_t)(bits >> 24);
-    return out + 4;
+/* Writes the whole bytes among the bits, in one store of eight of which the rest is overwritten by
+ * the next. Without a branch: its misses took a third of all the time. */
+static inline uint8_t *flush(uint64_t *bits, uint32_t *bit_count, uint8_t *out) {
+    for (int i = 0; i < 8; i++) {
+        out[i] = (uint8_t)(*bits >> (8 * i));
+    }
+    out += *bit_count / 8;
+    *bits >>= *bit_count & ~7u;
+    *bit_count &= 7;
+    return out;
 }
 
 static void put(vd_deflate *deflate, uint8_t **out, uint32_t bits, uint32_t count) {
     deflate->bits |= (uint64_t)bits << deflate->bit_count;
-    deflate->bit_count += (int)count;
-    if (deflate->bit_count >= 32) {
-        *out = flush(deflate->bits, *out);
-        deflate->bits >>= 32;
-        deflate->bit_count -= 32;
-    }
+    deflate->bit_count += count;
+    *out = flush(&deflate->bits, &deflate->bit_count, *out);
 }
 
-/* As put, for many tokens, with the state in registers (this loop is half of all the time). */
+/* As put, for many tokens, two at a time (at most 7 + 2 · 18 bits) and with the state in
+ * registers. */
 static uint8_t *put_tokens(vd_deflate *deflate, uint8_t *out, const uint16_t *tokens, size_t count,
                            const code codes[TOKENS]) {
     uint64_t bits = deflate->bits;
-    uint32_t bit_count = (uint32_t)deflate->bit_count;
-    for (size_t i = 0; i < count; i++) {
-        const code token = codes[tokens[i]];
-        bits |= (uint64_t)token.bits << bit_count;
-        bit_count += token.count;
-        if (bit_count >= 32) {
-            out = flush(bits, out);
-            bits >>= 32;
-            bit_count -= 32;
-        }
+    uint32_t bit_count = deflate->bit_count;
+    for (size_t i = 0; i + 2 <= count; i += 2) {
+        const code first = codes[tokens[i]], second = codes[tokens[i + 1]];
+        bits |= (uint64_t)first.bits << bit_count;
+        bits |= (uint64_t)second.bits << (bit_count + first.count);
+        bit_count += first.count + second.count;
+        out = flush(&bits, &bit_count, out);
     }
     deflate->bits = bits;
-    deflate->bit_count = (int)bit_count;
+    deflate->bit_count = bit_count;
+    if (count % 2 == 1) {
+        const code last = codes[tokens[count - 1]];
+        put(deflate, &out, last.bits, last.count);
+    }
     return out;
 }
 
@@ -271,10 +273,9 @@ size_t vd_deflate_block(vd_deflate *deflate, const uint8_t *data, size_t size_by
     at = put_tokens(deflate, at, tokens, count, codes);
     put(deflate, &at, end.bits, end.count);
     if (last) {
-        for (; deflate->bit_count > 0; deflate->bit_count -= 8, deflate->bits >>= 8) {
+        if (deflate->bit_count > 0) {
             *at++ = (uint8_t)deflate->bits;
         }
-        deflate->bit_count = 0;
         const uint32_t adler = deflate->adler_high << 16 | deflate->adler_low;
         for (int shift = 24; shift >= 0; shift -= 8) {
             *at++ = (uint8_t)(adler >> shift);

@@ -18,15 +18,15 @@
 #define VD_DEFLATE_SLACK 8
 
 typedef struct vd_deflate {
-    uint64_t bits; /* not yet written, the oldest lowest */
-    int bit_count; /* below 32 between calls */
+    uint64_t bits;      /* not yet written, the oldest lowest */
+    uint32_t bit_count; /* below 8 between calls */
     uint32_t adler_low, adler_high;
 } vd_deflate;
 
 /* Starts a stream; writes its two header bytes to `out` and returns 2. */
 size_t vd_deflate_begin(vd_deflate *deflate, uint8_t *out);
 
-/* The most bytes that vd_deflate_block writes for `size_bytes` of input. */
+/* The room that vd_deflate_block needs at `out` for `size_bytes` of input. */
 size_t vd_deflate_bound(size_t size_bytes);
 
 /* Encodes one block of 1 … 2^30 bytes; the last one also ends the stream. `tokens` is scratch for
