@@ -170,6 +170,46 @@ static void counts_are_those_of_the_trees(void **state) {
     }
 }
 
+/* The table of docs/voxel-space.md. Only the scattered pairs depend on the map. */
+static void counts_are_those_of_the_docs(void **state) {
+    (void)state;
+    const struct {
+        double distance, step, growth;
+        vd_classic_counts counts; /* slices, columns, rows, pairs, occlude, scatter, fill, span */
+    } rows[] = {
+        {10000, 0.1, 0, {99990, 16, 512, 1599840, 3199280, 1597037, 16208, 50}},
+        {10000, 0.1, 0, {99990, 32, 512, 3199680, 6398560, 3194074, 32416, 50}},
+        {10000, 0.1, 0, {99990, 16, 1024, 1599840, 3199280, 1598690, 32576, 52}},
+        {5000, 0.1, 0, {49990, 16, 512, 799840, 1599312, 797037, 16208, 48}},
+        {800, 1, 0.005, {400, 16, 512, 6400, 12608, 6123, 16208, 34}},
+        {10000, 1, 0.005, {1810, 16, 512, 28960, 57664, 28683, 16208, 38}},
+        {1000000, 1, 0.005, {19801, 16, 512, 316816, 633264, 316539, 16208, 45}},
+    };
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    vd_heightfield *map = make_map(context, (map_kind){256, 256, VD_HEIGHT_U8, 1992});
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        vd_classic_def def = vd_classic_def_default();
+        def.distance = rows[i].distance;
+        def.step = rows[i].step;
+        def.growth = rows[i].growth;
+        vd_frame *frame = NULL;
+        assert_ok(vd_frame_create(context, (int)rows[i].counts.columns, (int)rows[i].counts.rows, 0,
+                                  &frame));
+        vd_classic_counts c;
+        assert_ok(vd_classic_render(context, NULL, map, &def, VD_CLASSIC_SCAN, frame, &c));
+        if (memcmp(&c, &rows[i].counts, sizeof c) != 0) {
+            fail_msg("row %zu: {%llu, %llu, %llu, %llu, %llu, %llu, %llu, %llu}", i,
+                     (unsigned long long)c.slices, (unsigned long long)c.columns,
+                     (unsigned long long)c.rows, (unsigned long long)c.pairs,
+                     (unsigned long long)c.occlude, (unsigned long long)c.scatter,
+                     (unsigned long long)c.fill, (unsigned long long)c.span);
+        }
+        vd_frame_destroy(&frame);
+    }
+    vd_heightfield_destroy(context, &map);
+    vd_context_destroy(&context);
+}
+
 /* Where the thesis' scan would take terrain of the background's colour for an empty pixel and let
  * what is above run over it. */
 static void sky_coloured_terrain_is_kept(void **state) {
@@ -404,6 +444,7 @@ int main(void) {
         cmocka_unit_test(growing_schedule),
         cmocka_unit_test(constant_schedule),
         cmocka_unit_test(counts_are_those_of_the_trees),
+        cmocka_unit_test(counts_are_those_of_the_docs),
         cmocka_unit_test(sky_coloured_terrain_is_kept),
         cmocka_unit_test(camera_sees_the_same),
         cmocka_unit_test(bad_defs),

@@ -9,7 +9,8 @@
  *   z_k        growth 0: z0 + (float)k·step, while z_k < distance in float
  *              growth g: in double, z = z0, δ = step; each time δ += g, then z += δ; while
  *              z < distance in double; the slice uses (float)z
- *   p          eye + z_k·d_i; cell (floor p.x mod width, floor p.y mod height)
+ *   p          eye + z_k·d_i; cell (floor p.x mod width, floor p.y mod height), exact for every
+ *              finite p; an infinite or NaN p is not visible
  *   row        trunc((height − h)·(scale/z_k) + horizon), saturated to int32; NaN is never visible
  *
  * Front to back, the pixels from max(row, 0) down to the column's last hidden row take the cell's
@@ -63,15 +64,18 @@ typedef struct vd_classic_counts {
     uint64_t span;    /* longest chain of dependent scan steps: levels of both scan trees */
 } vd_classic_counts;
 
-/* Returns the number of slices, at most 2^31 − 1. */
+/* Returns the number of slices, at most 2^31 − 1; 0 for a def that vd_classic_render refuses for
+ * another reason than too many slices. */
 VD_API uint64_t vd_classic_slice_count(const vd_classic_def *def);
 
-/* Draws the classic picture into the frame: opaque colours; where the frame has them, depth
- * near/(view·z_k) with near = view·z0, and id 1. The heightfield must wrap and have colours of its
- * own size. `job` and `counts` may be null; counts are filled by VD_CLASSIC_SCAN only.
+/* Draws the classic picture into the frame: opaque colours (the map's alpha is ignored); where the
+ * frame has them, depth near/(view·z_k) with near = view·z0, computed as (float)z0 / z_k, and id 1,
+ * object id 1. The heightfield must wrap and have colours of its own size. `job` and `counts` may be
+ * null; counts are filled by VD_CLASSIC_SCAN only.
  * Returns VD_ERROR_ARGUMENT (a NaN, step or growth that never reaches the distance, z0 <= 0,
- * view <= 0, missing colours), VD_ERROR_LIMIT (more than 2^31 − 1 slices), VD_ERROR_MEMORY,
- * VD_ERROR_CANCELLED. */
+ * view <= 0, missing colours), VD_ERROR_LIMIT (more than 2^31 − 1 slices; for VD_CLASSIC_SCAN, which
+ * keeps a column's slices in memory, 16 bytes each and thread, 2^24), VD_ERROR_MEMORY,
+ * VD_ERROR_CANCELLED (the frame is then unfinished). */
 VD_API VD_MUST_USE vd_status vd_classic_render(vd_context *context, vd_job *job,
                                                const vd_heightfield *map, const vd_classic_def *def,
                                                vd_classic_method method, vd_frame *frame,
