@@ -70,12 +70,12 @@ VD_API uint64_t vd_classic_slice_count(const vd_classic_def *def);
 
 /* Draws the classic picture into the frame: opaque colours (the map's alpha is ignored); where the
  * frame has them, depth near/(view·z_k) with near = view·z0, computed as (float)z0 / z_k, and id 1,
- * object id 1. The heightfield must wrap and have colours of its own size. `job` and `counts` may be
- * null; counts are filled by VD_CLASSIC_SCAN only.
- * Returns VD_ERROR_ARGUMENT (a NaN, step or growth that never reaches the distance, z0 <= 0,
- * view <= 0, missing colours), VD_ERROR_LIMIT (more than 2^31 − 1 slices; for VD_CLASSIC_SCAN, which
- * keeps a column's slices in memory, 16 bytes each and thread, 2^24), VD_ERROR_MEMORY,
- * VD_ERROR_CANCELLED (the frame is then unfinished). */
+ * object id 1. The heightfield must wrap and have colours of its own size. `job` and `counts` may
+ * be null; counts are filled by VD_CLASSIC_SCAN only. Returns VD_ERROR_ARGUMENT (a NaN, step or
+ * growth that never reaches the distance, z0 <= 0, view <= 0, missing colours), VD_ERROR_LIMIT
+ * (more than 2^31 − 1 slices; for VD_CLASSIC_SCAN, which keeps a column's slices in memory, 16
+ * bytes each and thread, 2^24), VD_ERROR_MEMORY, VD_ERROR_CANCELLED (the frame is then unfinished).
+ */
 VD_API VD_MUST_USE vd_status vd_classic_render(vd_context *context, vd_job *job,
                                                const vd_heightfield *map, const vd_classic_def *def,
                                                vd_classic_method method, vd_frame *frame,
