@@ -2,6 +2,7 @@
 # go stale; leaves OUT alone when nothing changed, so that nothing is recompiled for it.
 #
 #   cmake -DSOURCE=… -DOUT=… -P Commit.cmake
+cmake_minimum_required(VERSION 3.22)
 set(commit unknown)
 find_program(GIT git)
 if(GIT)

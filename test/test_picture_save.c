@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include <veduta/picture.h>
-#include "image/deflate.h"
 #include "image/image.h"
 #include "support.h"
 #ifdef VEDUTA_HAVE_EXR
@@ -89,63 +88,6 @@ static void every_layout_and_level_comes_back(void **state) {
     }
     assert_int_equal(unlink(path), 0);
     vd_context_destroy(&context);
-}
-
-/* Residues with Fibonacci frequencies make the deepest Huffman tree: codes must be cut short. */
-static void deep_trees_come_back(void **state) {
-    (void)state;
-    vd_context *context = test_context(1, VD_ISA_AUTO);
-    const char *path = in_folder("deep.png");
-    vd_picture *picture = NULL, *back = NULL;
-    assert_ok(vd_picture_create(context, 65535, 1, 1, 8, &picture));
-    uint8_t *row = picture->data, value = 0;
-    int one = 1, two = 1, left = 1, symbol = 0;
-    for (int i = 0; i < 65535; i++) {
-        if (i % 2 == 0 && --left == 0) {
-            left = one + two;
-            one = two;
-            two = left;
-            symbol++;
-        }
-        value = (uint8_t)(value + (i % 2 ? 40 : symbol)); /* in turns, or runs would form */
-        row[i] = value;
-    }
-    assert_true(symbol > 18);
-    assert_ok(vd_picture_save_png(picture, path, NULL));
-    assert_ok(vd_picture_load(context, path, &back));
-    assert_same(picture, back);
-    assert_int_equal(unlink(path), 0);
-    vd_picture_destroy(&back);
-    vd_picture_destroy(&picture);
-    vd_context_destroy(&context);
-}
-
-static void deflate_stays_within_its_bound(void **state) {
-    (void)state;
-    enum { MOST = 70000 };
-    uint8_t *data = calloc(MOST + VD_DEFLATE_SLACK, 1);
-    uint16_t *tokens = malloc(MOST * sizeof *tokens);
-    uint8_t *out = malloc(vd_deflate_bound(MOST));
-    const size_t sizes[] = {1, 2, 3, 4, 5, 6, 257, 258, 259, 260, 5552, 5553, MOST};
-    for (size_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
-        for (int pattern = 0; pattern < 4; pattern++) {
-            uint64_t random = 5;
-            for (size_t i = 0; i < sizes[s]; i++) {
-                data[i] = pattern == 0   ? (uint8_t)test_random(&random)
-                          : pattern == 1 ? (uint8_t)(test_random(&random) % 100 == 0)
-                          : pattern == 2 ? 0
-                                         : (uint8_t)i;
-            }
-            vd_deflate deflate;
-            uint8_t header[2];
-            assert_int_equal(vd_deflate_begin(&deflate, header), 2);
-            const size_t bytes = vd_deflate_block(&deflate, data, sizes[s], true, tokens, out);
-            assert_true(bytes <= vd_deflate_bound(sizes[s]));
-        }
-    }
-    free(data);
-    free(tokens);
-    free(out);
 }
 
 /* Reads the text chunks of a PNG into `out`; returns how many there are. */
@@ -608,8 +550,6 @@ static void every_allocation_may_fail(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_layout_and_level_comes_back),
-        cmocka_unit_test(deep_trees_come_back),
-        cmocka_unit_test(deflate_stays_within_its_bound),
         cmocka_unit_test(text_is_kept),
         cmocka_unit_test(bad_definitions_are_refused),
         cmocka_unit_test(frames_become_rgb_or_straight_rgba),

@@ -58,10 +58,8 @@ typedef struct vd_png_def {
     int text_count;
 } vd_png_def;
 
-/* Level 1, no text. Level 1 is made for writing many pictures: each row takes the best of the Sub,
- * Up and Average filters, then literals and runs are Huffman coded, with no search for longer
- * matches. It is as small as zlib's level 1 in a third of the time (docs/performance.md), and its
- * bytes are the same on every machine; those of the other levels depend on the version of zlib. */
+/* Level 1, no text. Level 1 is made for writing many pictures: it goes through libdeflate where the
+ * build has it (else zlib) with the Sub filter; its figures are in docs/performance.md. */
 VD_API vd_png_def vd_png_def_default(void);
 
 /* Writes a picture as PNG. `def` may be null. Returns VD_ERROR_ARGUMENT, VD_ERROR_IO (disk full,

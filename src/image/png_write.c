@@ -1,6 +1,7 @@
 /* png_write.c: pictures and frames into PNG files.
  *
- * Level 1, the default, is our own encoder (png_fast.c); the others are libspng's and zlib's.
+ * Level 1, the default, goes through libdeflate (png_fast.c) where the build has it; everything
+ * else through libspng and zlib.
  */
 #include <spng.h>
 #include <string.h>
@@ -189,8 +190,9 @@ vd_status vd_png_write(const vd_png_source *source, const char *path, const vd_p
     if (status.code != VD_OK) {
         return status;
     }
-    status = def->level == FAST_LEVEL ? vd_png_write_fast(source, def->text, def->text_count, &file)
-                                      : write_zlib(source, def, path, &file);
+    status = def->level == FAST_LEVEL && vd_png_fast_possible(source)
+                 ? vd_png_write_fast(source, def->text, def->text_count, &file)
+                 : write_zlib(source, def, path, &file);
     if (status.code != VD_OK) {
         vd_file_discard(&file);
         return status;
