@@ -9,6 +9,9 @@
 /* Monotonic time in nanoseconds. */
 uint64_t vd_clock_ns(void);
 
+/* Sets the progress of a job (may be null) whose call is not one loop: `done` of `total` pieces. */
+void vd_job_report(vd_job *job, int done, int total);
+
 /* Allocates count × size bytes cleared to zero; else as vd_allocate. */
 VD_MUST_USE void *vd_allocate_zero(vd_context *context, size_t count, size_t size_bytes);
 

@@ -40,8 +40,14 @@ void vd_job_set_time_limit(vd_job *job, uint64_t time_ns) {
 void vd_job_reset(vd_job *job) {
     atomic_store(&job->cancelled, false);
     atomic_store(&job->deadline_ns, 0);
-    atomic_store(&job->done, 0);
-    atomic_store(&job->total, 0);
+    vd_job_report(job, 0, 0);
+}
+
+void vd_job_report(vd_job *job, int done, int total) {
+    if (job != NULL) {
+        atomic_store(&job->total, total);
+        atomic_store(&job->done, done);
+    }
 }
 
 double vd_job_progress(const vd_job *job) {
@@ -92,8 +98,7 @@ vd_status vd_parallel_for(vd_context *context, vd_job *job, int count, vd_task_f
         return vd_success();
     }
     loop l = {job, task, user, false};
-    atomic_store(&job->done, 0);
-    atomic_store(&job->total, count);
+    vd_job_report(job, 0, count);
     context->executor.run(context->executor.user, count, run_piece, &l);
     if (atomic_load(&l.skipped)) {
         return vd_failure(VD_ERROR_CANCELLED, "the job was cancelled or ran out of time");

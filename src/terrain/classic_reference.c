@@ -23,6 +23,7 @@ VD_CLASSIC_INLINE bool draw(const vd_classic_setup *setup, int32_t *hidden, vd_h
             }
         }
         vd_classic_slice_next(setup, &slice);
+        vd_job_report(setup->job, (int)slice.k, (int)setup->slice_count);
     }
     return true;
 }

@@ -55,6 +55,7 @@ vd_status vd_classic_draw_slices(const vd_classic_setup *setup, vd_classic_count
              * run from 0 to 1 in every slice. */
             status = vd_parallel_for(setup->context, NULL, r.pieces, draws[setup->height_type], &r);
             vd_classic_slice_next(setup, &slice);
+            vd_job_report(setup->job, (int)slice.k, (int)setup->slice_count);
         }
     }
     vd_release(setup->context, hidden);
