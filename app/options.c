@@ -207,7 +207,7 @@ static int on_or_off(const char *text) {
 static vd_status check_range(const vd_option *option, const char *text, double number) {
     bool bounded = option->min != 0.0 || option->max != 0.0;
     if (bounded && !(number >= option->min && number <= option->max)) {
-        return vd_failure(VD_ERROR_ARGUMENT, "--%s: %.40s is out of range; give %.10g to %.10g%s%s",
+        return vd_failure(VD_ERROR_ARGUMENT, "--%s: %.40s is out of range; give %g to %g%s%s",
                           option->key, text, option->min, option->max,
                           option->unit != NULL ? " " : "",
                           option->unit != NULL ? option->unit : "");
@@ -409,26 +409,31 @@ vd_status vd_options_parse(vd_options *options, int argc, char **argv) {
     return vd_success();
 }
 
+/* Counts what a terminal shows of `bytes` bytes of UTF-8: all but continuation bytes. */
+static int letter_count(const char *text, size_t bytes) {
+    int letters = 0;
+    for (size_t i = 0; i < bytes; i++) {
+        letters += ((unsigned char)text[i] & 0xC0) != 0x80;
+    }
+    return letters;
+}
+
 /* Prints `text` broken at blanks, the lines after the first indented. */
-static void print_wrapped(FILE *out, const char *text, int column, int indent, int width) {
+static void print_wrapped(FILE *out, const char *text, int indent, int width) {
+    int column = indent;
     while (*text != '\0') {
         size_t word = strcspn(text, " ");
-        int letters = 0;
-        for (size_t i = 0; i < word; i++) {
-            letters += ((unsigned char)text[i] & 0xC0) != 0x80; /* UTF-8: count leading bytes */
-        }
-        if (column + letters >= width && column > indent) {
+        int letters = letter_count(text, word);
+        if (column > indent && column + 1 + letters > width) {
             fprintf(out, "\n%*s", indent, "");
             column = indent;
+        } else if (column > indent) {
+            fputc(' ', out);
+            column++;
         }
         fprintf(out, "%.*s", (int)word, text);
         column += letters;
-        text += word;
-        if (*text == ' ') {
-            fputc(' ', out);
-            column++;
-            text++;
-        }
+        text += word + strspn(text + word, " ");
     }
     fputc('\n', out);
 }
@@ -440,9 +445,9 @@ static void print_option(const vd_option *option, FILE *out) {
     if (option->type == VD_OPTION_FLAG) {
         argument = "on|off";
     }
-    int length = snprintf(left, sizeof left, "  %c%c%s --%s%s%s", option->letter ? '-' : ' ',
-                          option->letter ? option->letter : ' ', option->letter ? "," : " ",
-                          option->key, argument[0] != '\0' ? " " : "", argument);
+    snprintf(left, sizeof left, "  %c%c%s --%s%s%s", option->letter ? '-' : ' ',
+             option->letter ? option->letter : ' ', option->letter ? "," : " ", option->key,
+             argument[0] != '\0' ? " " : "", argument);
     int used = snprintf(text, sizeof text, "%s", option->help);
     const char *separator = " [";
     if (option->unit != NULL) {
@@ -450,7 +455,7 @@ static void print_option(const vd_option *option, FILE *out) {
         separator = ", ";
     }
     if (option->min != 0.0 || option->max != 0.0) {
-        used += snprintf(text + used, sizeof text - (size_t)used, "%s%.10g to %.10g", separator,
+        used += snprintf(text + used, sizeof text - (size_t)used, "%s%g to %g", separator,
                          option->min, option->max);
         separator = ", ";
     }
@@ -463,13 +468,13 @@ static void print_option(const vd_option *option, FILE *out) {
         snprintf(text + used, sizeof text - (size_t)used, "]");
     }
     fputs(left, out);
-    int column = length;
-    if (length >= INDENT) {
+    int column = letter_count(left, strlen(left));
+    if (column >= INDENT) {
         fputc('\n', out);
         column = 0;
     }
     fprintf(out, "%*s", INDENT - column, "");
-    print_wrapped(out, text, INDENT, INDENT, WIDTH);
+    print_wrapped(out, text, INDENT, WIDTH);
 }
 
 void vd_options_print_help(const vd_option *table, int count, FILE *out) {

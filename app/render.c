@@ -266,6 +266,7 @@ int vd_command_render(int argc, char **argv) {
     if (status.code == VD_OK && !help) {
         status = check_outputs(&settings, saved);
     }
+    vd_catch_signals();
     if (status.code == VD_OK && !help && saved != NULL) {
         status = vd_options_save_json(&options, saved);
     }

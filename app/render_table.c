@@ -141,13 +141,12 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                     .argument = "on|off|RRGGBB",
                     .fallback = "on",
                     .help = "the sky: a gradient, none (--background shows), or one colour"},
-    [OPTION_BACKGROUND] =
-        {.key = "background",
-         .group = LOOK,
-         .type = VD_OPTION_TEXT,
-         .argument = "RRGGBB|transparent",
-         .help = "what shows where nothing is; given, it turns the sky off [default transparent; "
-                 "9090E0 with --classic]"},
+    [OPTION_BACKGROUND] = {.key = "background",
+                           .group = LOOK,
+                           .type = VD_OPTION_TEXT,
+                           .argument = "RRGGBB|transparent",
+                           .help = "what shows where nothing is; given, it turns the sky off; by "
+                                   "default transparent, with --classic 9090E0"},
     [OPTION_EXAGGERATE] = {.key = "exaggerate",
                            .group = LOOK,
                            .type = VD_OPTION_REAL,
@@ -157,12 +156,11 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                            .max = 1000,
                            .fallback = "1",
                            .help = "factor on all heights; 1 is real"},
-    [OPTION_CURVATURE] =
-        {.key = "curvature",
-         .group = LOOK,
-         .type = VD_OPTION_FLAG,
-         .help = "the Earth's curvature with refraction k = 0.13 [default on when the data is "
-                 "georeferenced]"},
+    [OPTION_CURVATURE] = {.key = "curvature",
+                          .group = LOOK,
+                          .type = VD_OPTION_FLAG,
+                          .help = "the Earth's curvature with refraction k = 0.13; by default on "
+                                  "when the data is georeferenced"},
 
     [OPTION_AZIMUTH] =
         {.key = "azimuth",
@@ -207,7 +205,7 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .argument = "X,Y,Z | LAT,LON",
          .unit = "metres; degrees",
          .help = "what is in the middle of the picture; LAT,LON is on the ground, and takes a "
-                 "height as --eye does [default the terrain's middle]"},
+                 "height as --eye does; by default the terrain's middle"},
     [OPTION_HEADING] = {.key = "heading",
                         .group = CAMERA,
                         .type = VD_OPTION_REAL,
@@ -287,7 +285,7 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                           .max = 1e9,
                           .unit = "metres",
                           .help =
-                              "spacing of the samples of files without georeference [default 1]"},
+                              "spacing of the samples of files without georeference; by default 1"},
     [OPTION_HEIGHT_SCALE] = {.key = "height-scale",
                              .group = DATA,
                              .type = VD_OPTION_REAL,
@@ -296,7 +294,7 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                              .max = 1e9,
                              .unit = "metres per stored unit",
                              .help =
-                                 "factor on stored heights [default by the file's unit, else 1]"},
+                                 "factor on stored heights; by default the file's unit, else 1"},
     [OPTION_HEIGHT_OFFSET] = {.key = "height-offset",
                               .group = DATA,
                               .type = VD_OPTION_REAL,

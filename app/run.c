@@ -56,24 +56,31 @@ void vd_notes_log(void *user, vd_log_level level, const char *sentence) {
 
 /* A signal handler reaches nothing but globals; vd_job_cancel is async-signal-safe. */
 static vd_job *volatile signalled_job;
+static volatile sig_atomic_t signalled;
 
 static void on_signal(int number) {
     (void)number;
+    signalled = 1;
     if (signalled_job != NULL) {
         vd_job_cancel(signalled_job);
     }
 }
 
-void vd_cancel_on_signal(vd_job *job) {
-    struct sigaction action = {.sa_handler = job != NULL ? on_signal : SIG_DFL,
-                               .sa_flags = (int)SA_RESETHAND};
+void vd_catch_signals(void) {
+    struct sigaction action = {.sa_handler = on_signal, .sa_flags = (int)SA_RESETHAND};
     struct sigaction ignore = {.sa_handler = SIG_IGN};
     sigemptyset(&action.sa_mask);
     sigemptyset(&ignore.sa_mask);
-    signalled_job = job;
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    sigaction(SIGPIPE, &ignore, NULL); /* a closed pipe is a write error like any other */
+    sigaction(SIGPIPE, &ignore, NULL);
+}
+
+void vd_cancel_on_signal(vd_job *job) {
+    signalled_job = job;
+    if (job != NULL && signalled) {
+        vd_job_cancel(job);
+    }
 }
 
 /* ---- progress ---------------------------------------------------------------------------------
@@ -93,8 +100,10 @@ static void *show_progress(void *user) {
         double share = vd_job_progress(progress->job);
         double spent = vd_seconds_now() - start;
         if (!progress->stop && share > 0.0) {
-            fprintf(stderr, "\rdrawing %3.0f %%, %.0f s left \033[K", 100.0 * share,
-                    spent / share - spent);
+            static const char bar[] = "########################";
+            int filled = (int)(share * 24.0);
+            fprintf(stderr, "\rdrawing [%-24.*s] %3.0f %%, %.0f s left \033[K", filled, bar,
+                    100.0 * share, spent / share - spent);
         }
     }
     pthread_mutex_unlock(&progress->lock);

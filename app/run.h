@@ -24,7 +24,11 @@ VD_MUST_USE vd_status vd_notes_init(vd_notes *notes, bool quiet);
 void vd_notes_finish(vd_notes *notes);
 void vd_notes_log(void *user, vd_log_level level, const char *sentence);
 
-/* Lets SIGINT and SIGTERM cancel a job; a second one ends the program. Null undoes it. */
+/* From here on SIGINT and SIGTERM are kept for a job to come; a second one ends the program, and a
+ * closed pipe is a write error like any other. */
+void vd_catch_signals(void);
+
+/* Lets those signals cancel a job, at once if one came before. Null takes the job away. */
 void vd_cancel_on_signal(vd_job *job);
 
 /* A line with the finished share and the time left, shown only on a terminal. */

@@ -149,6 +149,12 @@ vd_status vd_scene_load_dem(vd_context *context, const vd_scene_def *def, vd_dem
     if (wants_geo(def)) {
         vd_geo_module geo;
         core_can = vd_geo_module_open("", &geo).code != VD_OK && def->band == 0;
+        if (core_can) {
+            vd_log(context, VD_LOG_WARNING,
+                   "%.200s has a georeference in a file beside it, which "
+                   "only GDAL reads and which is not used",
+                   def->inputs[0]);
+        }
     }
     if (!core_can) {
         return load_by_geo(context, def, out, format, format_bytes);
