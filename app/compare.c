@@ -129,11 +129,12 @@ int vd_command_compare(int argc, char **argv) {
         vd_context_def def = vd_context_def_default();
         def.threads = 1;
         status = vd_context_create(&def, &context);
+        int failed = status.code == VD_ERROR_ARGUMENT ? 2 : 1; /* VEDUTA_CPU is the user's */
         if (status.code == VD_OK) {
             status = run_compare(&options, context, &same);
         }
         vd_context_destroy(&context);
-        code = status.code != VD_OK ? vd_report(&status, 1) : same ? 0 : 1;
+        code = status.code != VD_OK ? vd_report(&status, failed) : same ? 0 : 1;
     }
     vd_options_finish(&options);
     return code;

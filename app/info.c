@@ -270,6 +270,7 @@ int vd_command_info(int argc, char **argv) {
         vd_options_finish(&options);
         return help ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
     }
+    int code = 1;
     status = vd_notes_init(&notes, false);
     if (status.code == VD_OK) {
         vd_context_def def = vd_context_def_default();
@@ -277,6 +278,7 @@ int vd_command_info(int argc, char **argv) {
         def.log = vd_notes_log;
         def.log_user = &notes;
         status = vd_context_create(&def, &context);
+        code = status.code == VD_ERROR_ARGUMENT ? 2 : 1; /* VEDUTA_CPU is the user's */
         if (status.code == VD_OK) {
             status = run_info(&options, context, &notes);
         }
@@ -284,5 +286,5 @@ int vd_command_info(int argc, char **argv) {
         vd_notes_finish(&notes);
     }
     vd_options_finish(&options);
-    return status.code == VD_OK ? 0 : vd_report(&status, 1);
+    return status.code == VD_OK ? 0 : vd_report(&status, code);
 }

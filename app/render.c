@@ -182,7 +182,7 @@ static vd_status report(const vd_render_run *run) {
     double seconds = vd_seconds_now() - run->start;
     if (s->dry_run) {
         /* Writing: 25 ns a pixel, measured at level 1. */
-        seconds += run->draw_seconds + 25e-9 * s->width * s->height;
+        seconds = run->ready_seconds + run->draw_seconds + 25e-9 * s->width * s->height;
     }
     bool printed = true;
     if (s->json) {

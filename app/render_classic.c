@@ -166,17 +166,18 @@ static vd_status draw_columns(vd_render_run *run, const vd_heightfield *map, int
 /* Two narrow pictures tell what a column costs and what the slices cost without columns. */
 static vd_status estimate(vd_render_run *run, const vd_heightfield *map) {
     int width = run->settings->width;
-    int narrow = width / 16 > 0 ? width / 16 : 1;
-    int wide = width / 8 > narrow ? width / 8 : width;
+    int narrow = width / 8 > 0 ? width / 8 : 1;
+    int wide = width / 4 > narrow ? width / 4 : width;
     double first = 0.0, second = 0.0;
+    run->ready_seconds = vd_seconds_now() - run->start;
     vd_status status = draw_columns(run, map, narrow, &first);
     if (status.code == VD_OK) {
         status = draw_columns(run, map, wide, &second);
     }
     run->bad_use = status.code == VD_ERROR_ARGUMENT || status.code == VD_ERROR_LIMIT;
-    double slope = wide > narrow ? (second - first) / (wide - narrow) : 0.0;
-    double seconds = second + (slope > 0.0 ? slope * (width - wide) : 0.0);
-    run->draw_seconds = seconds;
+    /* On a disturbed machine the wide one may come out quicker: then all cost is the columns'. */
+    double slope = second > first ? (second - first) / (wide - narrow) : second / wide;
+    run->draw_seconds = second + slope * (width - wide);
     vd_memory_stats memory = vd_context_memory(run->context);
     size_t drawing = memory.bytes_now + vd_render_frame_bytes(run->settings);
     run->estimated_bytes = drawing > memory.bytes_peak ? drawing : memory.bytes_peak;

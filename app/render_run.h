@@ -23,6 +23,7 @@ typedef struct vd_render_run {
     json_t *terrain;    /* what was drawn, for --json */
     vd_frame_stats stats;
     double draw_seconds;    /* drawing alone; after a dry run the estimate */
+    double ready_seconds;   /* dry run: from the start until drawing would begin */
     size_t estimated_bytes; /* dry run: the most memory held at once */
 } vd_render_run;
 

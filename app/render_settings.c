@@ -60,28 +60,6 @@ static bool ends_with(const char *text, const char *ending) {
     return length >= tail && strcmp(text + length - tail, ending) == 0;
 }
 
-vd_status vd_render_apply_preset(vd_options *options) {
-    static const struct {
-        const char *preset;
-        int option;
-        const char *value;
-    } values[] = {
-        {"fast", OPTION_SAMPLES, "1"},
-        {"fast", OPTION_SHADOWS, "off"},
-        {"best", OPTION_SAMPLES, "8"},
-    };
-    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
-        if (strcmp(values[i].preset, text_of(options, OPTION_PRESET)) == 0) {
-            vd_status status =
-                vd_options_set(options, values[i].option, values[i].value, VD_SOURCE_PRESET);
-            if (status.code != VD_OK) {
-                return status;
-            }
-        }
-    }
-    return vd_success();
-}
-
 /* ---- picture ----------------------------------------------------------------------------------
  */
 

@@ -1,4 +1,6 @@
-/* render_table.c: the option table of `veduta render`. */
+/* render_table.c: the option table of `veduta render`, and its presets. */
+#include <string.h>
+
 #include "render_settings.h"
 
 static bool is_colormap_name(const char *text) {
@@ -390,3 +392,25 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                      .transient = true,
                      .help = "this page"},
 };
+
+vd_status vd_render_apply_preset(vd_options *options) {
+    static const struct {
+        const char *preset;
+        int option;
+        const char *value;
+    } values[] = {
+        {"fast", OPTION_SAMPLES, "1"},
+        {"fast", OPTION_SHADOWS, "off"},
+        {"best", OPTION_SAMPLES, "8"},
+    };
+    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
+        if (strcmp(values[i].preset, options->values[OPTION_PRESET].text) == 0) {
+            vd_status status =
+                vd_options_set(options, values[i].option, values[i].value, VD_SOURCE_PRESET);
+            if (status.code != VD_OK) {
+                return status;
+            }
+        }
+    }
+    return vd_success();
+}

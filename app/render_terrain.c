@@ -89,6 +89,7 @@ static vd_status describe(vd_render_run *run, const vd_scene *scene, const vd_vi
 
 static vd_status estimate(vd_render_run *run, const vd_terrain_def *def, const vd_camera *camera) {
     size_t bytes = 0;
+    run->ready_seconds = vd_seconds_now() - run->start;
     vd_status status =
         vd_terrain_estimate(run->context, run->job, def, camera, run->settings->width,
                             run->settings->height, &run->draw_seconds, &bytes);
