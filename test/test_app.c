@@ -452,10 +452,18 @@ static void test_georeferenced(void **state) {
           VEDUTA_SOURCE_DIR "/data/olinda/L7_ETMs.tif", "-q", "-o", "a.png");
 }
 
+static char folder[] = VEDUTA_BINARY_DIR "/test-app-XXXXXX";
+
 static int enter_folder(void **state) {
     (void)state;
-    static char folder[] = VEDUTA_BINARY_DIR "/test-app-XXXXXX";
     return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+}
+
+static int leave_folder(void **state) {
+    (void)state;
+    char command[sizeof folder + 16];
+    snprintf(command, sizeof command, "rm -r '%s'", folder);
+    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
 }
 
 int main(void) {
@@ -469,5 +477,5 @@ int main(void) {
         cmocka_unit_test(test_classic),       cmocka_unit_test(test_compare),
         cmocka_unit_test(test_georeferenced),
     };
-    return cmocka_run_group_tests(tests, enter_folder, NULL);
+    return cmocka_run_group_tests(tests, enter_folder, leave_folder);
 }
