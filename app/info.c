@@ -88,7 +88,7 @@ static double length2(double x, double y) {
 static vd_status suggest_view(facts *f) {
     vd_camera_settings settings = vd_camera_settings_default();
     vd_view view;
-    bool curvature = f->scene->kind != VD_CRS_NONE;
+    bool curvature = vd_scene_is_curved(f->scene);
     vd_status status = vd_view_make(f->scene, &settings, 1.0, curvature, 1920, 1080, &view);
     if (status.code != VD_OK) {
         return status;

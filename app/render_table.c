@@ -162,7 +162,7 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                           .group = LOOK,
                           .type = VD_OPTION_FLAG,
                           .help = "the Earth's curvature with refraction k = 0.13; by default on "
-                                  "when the data is georeferenced"},
+                                  "for georeferenced data up to 1000 km across"},
 
     [OPTION_AZIMUTH] =
         {.key = "azimuth",

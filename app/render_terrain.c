@@ -63,7 +63,7 @@ static vd_terrain_def make_def(const vd_render_settings *s, const vd_scene *scen
     def.exaggeration = s->exaggeration;
     def.shading = s->shading;
     def.shadows = s->shadows && s->shading;
-    def.curvature = s->curvature < 0 ? scene->kind != VD_CRS_NONE : s->curvature != 0;
+    def.curvature = s->curvature < 0 ? vd_scene_is_curved(scene) : s->curvature != 0;
     def.sky = s->sky;
     def.background = s->background;
     return def;

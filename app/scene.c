@@ -282,6 +282,12 @@ void vd_scene_finish(vd_scene *scene) {
     }
 }
 
+bool vd_scene_is_curved(const vd_scene *scene) {
+    vd_vec3 low, high;
+    vd_heightfield_bounds(scene->terrain, &low, &high);
+    return scene->kind != VD_CRS_NONE && vd_vec3_length(vd_vec3_subtract(high, low)) < 1e6;
+}
+
 vd_status vd_scene_world_from_latlon(const vd_scene *scene, double latitude, double longitude,
                                      double *x, double *y) {
     double crs_x = longitude, crs_y = latitude;

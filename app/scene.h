@@ -40,6 +40,10 @@ VD_MUST_USE vd_status vd_scene_load_dem(vd_context *context, const vd_scene_def 
 VD_MUST_USE vd_status vd_scene_load(vd_context *context, const vd_scene_def *def, vd_scene *out);
 void vd_scene_finish(vd_scene *scene);
 
+/* Whether the Earth's curvature is on by default: for georeferenced data up to 1,000 km across. The
+ * formula bends a flat map, and on whole continents it would bend it out of sight. */
+bool vd_scene_is_curved(const vd_scene *scene);
+
 /* Converts latitude and longitude in degrees to world x and y. */
 VD_MUST_USE vd_status vd_scene_world_from_latlon(const vd_scene *scene, double latitude,
                                                  double longitude, double *x, double *y);
