@@ -58,14 +58,16 @@ vd_light vd_light_daylight(double azimuth_rad, double altitude_rad) {
     return light;
 }
 
+/* 0 at the horizon, 1 straight up or down; steep near the horizon, but without a visible line. */
+static float away_from_horizon(float sine) {
+    float x = sine > 1.0f ? 1.0f : sine;
+    return 1.25f * x / (x + 0.25f);
+}
+
 vd_linear vd_light_sky(const vd_light *light, float sine_elevation) {
-    if (sine_elevation >= 0.0f) {
-        /* The colour falls off quickly near the horizon, slowly higher up. */
-        float t = sqrtf(sine_elevation > 1.0f ? 1.0f : sine_elevation);
-        return mix(light->horizon, light->zenith, t * (1.6f - 0.6f * t));
-    }
-    float t = sqrtf(sine_elevation < -1.0f ? 1.0f : -sine_elevation);
-    return mix(light->horizon, light->nadir, t);
+    return sine_elevation >= 0.0f
+               ? mix(light->horizon, light->zenith, away_from_horizon(sine_elevation))
+               : mix(light->horizon, light->nadir, away_from_horizon(-sine_elevation));
 }
 
 vd_linear vd_light_shade(const vd_light *light, vd_linear albedo, vd_vec3 normal,
