@@ -35,3 +35,27 @@ build_preset() {
     quietly "build/$preset-configure.log" cmake --preset "$preset" "$@"
     quietly "build/$preset-build.log" cmake --build --preset "$preset"
 }
+
+# sanitizer_runs SANITIZER [LAUNCHER…]: whether a program that does nothing runs under it here.
+sanitizer_runs() {
+    local program="build/probe-$1"
+    mkdir -p build
+    echo 'int main(void) { return 0; }' | cc -x c - -fsanitize="$1" -o "$program" &&
+        "${@:2}" "$program"
+} >/dev/null 2>&1
+
+# prepare_sanitizers: sets what the sanitizers need on this machine: their options, and in `launcher`
+# the command that programs under the thread sanitizer are started with.
+prepare_sanitizers() {
+    launcher=()
+    # Looking for leaks needs ptrace, which some containers forbid.
+    if ! sanitizer_runs address; then
+        export ASAN_OPTIONS=detect_leaks=0
+        say "leaks cannot be looked for here"
+    fi
+    # gcc 12's thread sanitizer cannot place its memory where addresses are spread over more than
+    # 28 bits; setarch -R switches the spreading off.
+    sanitizer_runs thread || launcher=(setarch "$(uname -m)" -R)
+    # GDAL is not instrumented, so what it does with its own locks would be reported.
+    export TSAN_OPTIONS=ignore_noninstrumented_modules=1
+}
