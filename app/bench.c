@@ -126,17 +126,19 @@ static void print_table(const bench_run *run, FILE *out) {
     for (int i = 0; i < run->result_count; i++) {
         const bench_result *r = &run->results[i];
         const bench_result *reference = reference_of(run, r);
-        char ratio[24] = "", picture[24] = "";
+        char ratio[24] = "", peak[24] = "", picture[24] = "";
         if (reference != NULL && r->median_ms > 0) {
             snprintf(ratio, sizeof ratio, "%.2fx", reference->median_ms / r->median_ms);
+        }
+        if (r->peak_bytes > 0) {
+            snprintf(peak, sizeof peak, "%.1f", (double)r->peak_bytes / 1e6);
         }
         if (r->has_hash) {
             snprintf(picture, sizeof picture, "%016" PRIx64, r->hash);
         }
-        fprintf(out, "%-15s %-10s %7d %-4s %10.3f %10.3f %10.3f %9s %9.1f  %-16s%s%s\n",
-                r->case_name, r->method, r->threads, vd_isa_name(r->isa), r->median_ms, r->p99_ms,
-                r->min_ms, ratio, (double)r->peak_bytes / 1e6, picture, r->note[0] ? "  " : "",
-                r->note);
+        fprintf(out, "%-15s %-10s %7d %-4s %10.3f %10.3f %10.3f %9s %9s  %-16s%s%s\n", r->case_name,
+                r->method, r->threads, vd_isa_name(r->isa), r->median_ms, r->p99_ms, r->min_ms,
+                ratio, peak, picture, r->note[0] ? "  " : "", r->note);
     }
     fprintf(out, "speed: against the line of the case that says 1.00x, at the same SIMD level\n");
 }
@@ -247,8 +249,8 @@ static const bench_case *find_case(const char *name) {
         names[count] = found->name;
     }
     const char *nearest = vd_nearest_name(name, names, count);
-    fprintf(stderr, "veduta bench: there is no case %s%s%s%s; `veduta bench --list` lists them\n",
-            name, nearest ? ", did you mean " : "", nearest ? nearest : "", nearest ? "?" : "");
+    fprintf(stderr, "veduta: there is no case %s%s%s%s; `veduta bench --list` lists them\n", name,
+            nearest ? ", did you mean " : "", nearest ? nearest : "", nearest ? "?" : "");
     return NULL;
 }
 
@@ -263,7 +265,7 @@ static bool read_lists(const vd_options *options, bench_run *run) {
         run->threads[i] = good ? (int)numbers[i] : 1;
     }
     if (!good) {
-        fprintf(stderr, "veduta bench: --threads %s: give numbers from 1 to 1024, such as 1,2\n",
+        fprintf(stderr, "veduta: --threads %s: give numbers from 1 to 1024, such as 1,2\n",
                 threads);
         return false;
     }
@@ -288,7 +290,7 @@ static bool read_lists(const vd_options *options, bench_run *run) {
         }
         at += length + 1;
     }
-    fprintf(stderr, "veduta bench: --isa %s: give v2, v3, v4 or some of them, such as v2,v3\n",
+    fprintf(stderr, "veduta: --isa %s: give v2, v3, v4 or some of them, such as v2,v3\n",
             options->values[OPTION_ISA].text);
     return false;
 }
@@ -315,7 +317,7 @@ static vd_status run_cases(bench_run *run, const vd_options *options) {
 static int bench(vd_options *options, bench_run *run, int argc, char **argv) {
     vd_status status = vd_options_parse(options, argc, argv);
     if (status.code != VD_OK) {
-        fprintf(stderr, "veduta bench: %s\n", status.message);
+        fprintf(stderr, "veduta: %s\n", status.message);
         return status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     }
     if (options->values[OPTION_HELP].number != 0) {
@@ -327,8 +329,8 @@ static int bench(vd_options *options, bench_run *run, int argc, char **argv) {
         return 0;
     }
     if (options->input_count == 0) {
-        fprintf(stderr, "veduta bench: say what to measure; the cases are\n");
-        print_cases(stderr);
+        fprintf(stderr, "veduta: bench needs at least one case, as in `veduta bench classic`; "
+                        "`veduta bench --list` lists them\n");
         return 2;
     }
     for (int i = 0; i < options->input_count; i++) {
@@ -343,7 +345,7 @@ static int bench(vd_options *options, bench_run *run, int argc, char **argv) {
     run->quiet = isatty(STDERR_FILENO) == 0;
     status = run_cases(run, options);
     if (status.code != VD_OK) {
-        fprintf(stderr, "veduta bench: %s\n", status.message);
+        fprintf(stderr, "veduta: %s\n", status.message);
         return 1;
     }
     return 0;
@@ -354,13 +356,13 @@ int vd_command_bench(int argc, char **argv) {
     vd_status status =
         vd_options_init(&options, "bench", table, (int)(sizeof table / sizeof table[0]));
     if (status.code != VD_OK) {
-        fprintf(stderr, "veduta bench: %s\n", status.message);
+        fprintf(stderr, "veduta: %s\n", status.message);
         return 1;
     }
     bench_run *run = calloc(1, sizeof *run);
     int result = 1;
     if (run == NULL) {
-        fprintf(stderr, "veduta bench: out of memory\n");
+        fprintf(stderr, "veduta: out of memory\n");
     } else {
         result = bench(&options, run, argc, argv);
     }

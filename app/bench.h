@@ -21,8 +21,8 @@ typedef struct bench_result {
     vd_isa isa;
     int width, height; /* 0, 0 where there is no picture */
     double median_ms, p99_ms, min_ms;
-    size_t peak_bytes; /* most held by the context at once, map and frame included; for start-up
-                          the process' largest resident size */
+    size_t peak_bytes; /* most held by the context at once, map and frame included; 0 for start-up:
+                          the child's size would count this process' own */
     bool has_hash;
     uint64_t hash;
     bool reference;    /* what the others of its case and SIMD level are compared with */
