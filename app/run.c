@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,15 +55,17 @@ void vd_notes_log(void *user, vd_log_level level, const char *sentence) {
 /* ---- interruption -----------------------------------------------------------------------------
  */
 
-/* A signal handler reaches nothing but globals; vd_job_cancel is async-signal-safe. */
-static vd_job *volatile signalled_job;
-static volatile sig_atomic_t signalled;
+/* A signal handler reaches nothing but globals; vd_job_cancel is async-signal-safe. The kernel may
+ * run the handler on a thread of the pool, so volatile is not enough: these are atomic. */
+static vd_job *_Atomic signalled_job;
+static atomic_bool signalled;
 
 static void on_signal(int number) {
     (void)number;
-    signalled = 1;
-    if (signalled_job != NULL) {
-        vd_job_cancel(signalled_job);
+    signalled = true;
+    vd_job *job = signalled_job;
+    if (job != NULL) {
+        vd_job_cancel(job);
     }
 }
 
