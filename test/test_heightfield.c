@@ -63,9 +63,9 @@ static vd_heightfield *make_random(int width, int height, vd_height_type type, u
 /* The maximum as the header defines it, straight from the heights. */
 static float true_maximum(const vd_heightfield *h, int level, int column, int row) {
     float max = -INFINITY;
-    int side = 1 << level;
-    for (int r = row * side; r < (row + 1) * side && r < h->height; r++) {
-        for (int c = column * side; c < (column + 1) * side && c < h->width; c++) {
+    int side = 1 << level, shared = level > 0;
+    for (int r = row * side; r < (row + 1) * side + shared && r < h->height; r++) {
+        for (int c = column * side; c < (column + 1) * side + shared && c < h->width; c++) {
             float value = vd_heightfield_at(h, c, r);
             max = value > max ? value : max;
         }

@@ -109,7 +109,7 @@ static void a_plane_is_hit_where_algebra_says(void **state) {
         const double x = ray.origin.x + t * ray.direction.x, y = ray.origin.y + t * ray.direction.y;
         const double edge = fabs(x) > fabs(y) ? fabs(x) : fabs(y);
         vd_surface_hit hit;
-        const bool got = vd_surface_cast(&surface, &ray, 0, 0, &hit);
+        const bool got = vd_surface_raycast(&surface, &ray, 0, 0, &hit);
         if (t > 0 && edge < 499.9) {
             assert_true(got);
             assert_true(fabs(hit.t - t) < 1e-4 * (1 + t));
@@ -183,7 +183,7 @@ static void rough_ground_agrees_with_tiny_steps(void **state) {
             const vd_surface surface = make_surface(map, false);
             vd_surface_hit hit;
             double t;
-            const bool got = vd_surface_cast(&surface, &ray, 0, curvature, &hit);
+            const bool got = vd_surface_raycast(&surface, &ray, 0, curvature, &hit);
             const bool expected = march(map, &ray, curvature, 400, &t);
             /* A ray that grazes a ridge may be told apart by less than the walker's step. */
             if (got != expected || (got && fabs(hit.t - t) > 1e-6)) {
@@ -311,14 +311,14 @@ static void curvature_drops_far_ground(void **state) {
         vd_surface_hit hit;
         const double horizon = sqrt(2000 / vd_curvature_drop(1)); /* 171 km */
         assert_true(d < horizon);
-        assert_true(vd_surface_cast(&surface, &ray, 0, surface.curvature, &hit));
+        assert_true(vd_surface_raycast(&surface, &ray, 0, surface.curvature, &hit));
         assert_true(fabs(hit.t - d) < 1e-6 * d);
         assert_true(fabs(hit.height) < 1e-6);
     }
     vd_ray level = {{0.5, 0.5, 1}, {0, 1, -1e-9}};
     vd_surface_hit hit;
-    assert_false(vd_surface_cast(&surface, &level, 0, surface.curvature, &hit));
-    assert_false(vd_surface_cast(&surface, &level, 0, 0, &hit)); /* 1 m over 150 km at 1e-9 */
+    assert_false(vd_surface_raycast(&surface, &level, 0, surface.curvature, &hit));
+    assert_false(vd_surface_raycast(&surface, &level, 0, 0, &hit)); /* 1 m over 150 km at 1e-9 */
     vd_heightfield_destroy(context, &map);
     vd_context_destroy(&context);
 }
@@ -330,13 +330,13 @@ static void rays_under_the_surface_see_nothing(void **state) {
     const vd_surface surface = make_surface(map, false);
     vd_surface_hit hit;
     vd_ray inside = {{0.1, 0.2, 30}, {1, 0, 0.01}}; /* starts in the cone */
-    assert_false(vd_surface_cast(&surface, &inside, 0, 0, &hit));
+    assert_false(vd_surface_raycast(&surface, &inside, 0, 0, &hit));
     vd_ray beside = {{-500, 0.3, -5}, {1, 0, 0.0}}; /* comes in under the edge */
-    assert_false(vd_surface_cast(&surface, &beside, 0, 0, &hit));
+    assert_false(vd_surface_raycast(&surface, &beside, 0, 0, &hit));
     vd_ray rising = {{-500, 0.3, -50}, {1, 0, 0.12}}; /* would come out inside the map */
-    assert_false(vd_surface_cast(&surface, &rising, 0, 0, &hit));
+    assert_false(vd_surface_raycast(&surface, &rising, 0, 0, &hit));
     vd_ray over = {{-500, 0.3, 20}, {1, 0, 0.0}};
-    assert_true(vd_surface_cast(&surface, &over, 0, 0, &hit));
+    assert_true(vd_surface_raycast(&surface, &over, 0, 0, &hit));
     assert_true(fabs(hit.t - 460) < 0.5);
     vd_heightfield_destroy(context, &map);
     vd_context_destroy(&context);
@@ -355,7 +355,7 @@ static void holes_let_rays_through(void **state) {
     for (int x = -120; x <= 120; x += 3) {
         vd_ray ray = {{x + 0.1, 0.2, 50}, {0, 0, -1}};
         vd_surface_hit hit;
-        const bool got = vd_surface_cast(&surface, &ray, 0, 0, &hit);
+        const bool got = vd_surface_raycast(&surface, &ray, 0, 0, &hit);
         assert_int_equal(got, fabs(x + 0.1) > 20);
     }
     vd_heightfield_destroy(context, &map);
@@ -396,6 +396,71 @@ static void shadows_end_where_the_sun_says(void **state) {
     vd_context_destroy(&context);
 }
 
+static double holey(double x, double y) {
+    uint64_t seed = (uint64_t)(int64_t)(x * 4 + 1e5) * 7919u + (uint64_t)(int64_t)(y * 4 + 3e5);
+    const double random = test_uniform(&seed);
+    return random < 0.02 ? NAN : 10 * random + 20 * sin(x / 30) * cos(y / 20);
+}
+
+/* A ray of one of many kinds: along the axes and diagonals, from and to grid points, straight down,
+ * grazing, from inside and outside. */
+static vd_ray odd_ray(uint64_t *random, double half, double cell) {
+    const int kind = (int)(test_random(random) % 6);
+    vd_ray ray = {{(test_uniform(random) - 0.5) * 3 * half, (test_uniform(random) - 0.5) * 3 * half,
+                   test_uniform(random) * 60 - 5},
+                  {test_uniform(random) - 0.5, test_uniform(random) - 0.5,
+                   (test_uniform(random) - 0.6) * (kind == 0 ? 0.05 : 1)}};
+    if (kind == 1) { /* on grid lines */
+        ray.origin.x = floor(ray.origin.x / cell) * cell;
+        ray.origin.y = floor(ray.origin.y / cell) * cell;
+    }
+    if (kind == 2 || kind == 1) { /* along an axis or a diagonal */
+        ray.direction.x = (double)(test_random(random) % 3) - 1;
+        ray.direction.y = (double)(test_random(random) % 3) - 1;
+    }
+    if (kind == 3) { /* towards a grid point */
+        const double x = floor((test_uniform(random) - 0.5) * 2 * half / cell) * cell;
+        ray.direction = vd_vec3_make(x - ray.origin.x, -ray.origin.y, -ray.origin.z);
+    }
+    return ray;
+}
+
+static void march_meets_what_raycast_meets(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    height_function *const grounds[] = {rough, saddle, cone, step, holey, with_hole, flat};
+    const int sizes[] = {2, 3, 17, 64, 65, 200};
+    const int rays = getenv("VEDUTA_TEST_REDUCED") != NULL ? 2000 : 20000;
+    uint64_t random = 77;
+    int hits = 0, misses = 0;
+    for (int g = 0; g < 7; g++) {
+        for (int n = 0; n < 6; n++) {
+            const double cell = n % 2 == 0 ? 4 : 2.7;
+            vd_heightfield *map = make_map(context, sizes[n], cell, grounds[g]);
+            const vd_surface surface = make_surface(map, false);
+            for (int i = 0; i < rays; i++) {
+                const vd_ray ray = odd_ray(&random, 0.5 * sizes[n] * cell, cell);
+                const double curvature = i % 4 == 0 ? 0.001 : 0;
+                const double t_min = i % 5 == 0 ? 10 * test_uniform(&random) : 0;
+                vd_surface_hit a, b;
+                memset(&a, 0, sizeof a);
+                memset(&b, 0, sizeof b);
+                const bool expected = vd_surface_raycast(&surface, &ray, t_min, curvature, &a);
+                const bool got = vd_surface_march(&surface, &ray, t_min, curvature, &b);
+                if (got != expected || (got && memcmp(&a, &b, sizeof a) != 0)) {
+                    fail_msg("ground %d size %d ray %d: march %d at %.17g, raycast %d at %.17g", g,
+                             sizes[n], i, got, b.t, expected, a.t);
+                }
+                hits += got;
+                misses += !got;
+            }
+            vd_heightfield_destroy(context, &map);
+        }
+    }
+    assert_true(hits > 5 * rays && misses > 5 * rays);
+    vd_context_destroy(&context);
+}
+
 /* One picture, everything on; its bytes must never depend on threads or SIMD level. */
 static void pictures_are_golden(void **state) {
     (void)state;
@@ -414,6 +479,7 @@ static void pictures_are_golden(void **state) {
                 def.curvature = true;
                 def.light.haze_m = 500;
                 vd_camera camera = make_camera(-130, -150, 90, 35, -25, 5);
+                def.method = (vd_terrain_method)(t % VD_TERRAIN_METHOD_COUNT);
                 vd_frame *frame = render(context, map, &camera, def, NULL);
                 const uint64_t hash = vd_frame_hash(frame);
                 if (hash != golden[s]) {
@@ -562,6 +628,7 @@ int main(void) {
         cmocka_unit_test(rays_under_the_surface_see_nothing),
         cmocka_unit_test(holes_let_rays_through),
         cmocka_unit_test(shadows_end_where_the_sun_says),
+        cmocka_unit_test(march_meets_what_raycast_meets),
         cmocka_unit_test(pictures_are_golden),
         cmocka_unit_test(bad_definitions_are_named),
         cmocka_unit_test(empty_pictures_are_explained),

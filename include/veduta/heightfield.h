@@ -26,8 +26,9 @@ typedef enum vd_height_type {
 #define VD_HEIGHTFIELD_MAX_LEVELS 17
 
 /* One level of the pyramid: sample (c, r) of level l >= 1 is the maximum of the heights at columns
- * [c·2^l, (c+1)·2^l) and rows likewise, as far as they exist; ceil(size / 2^l) samples a side.
- * Level 0 is the heights themselves. The last level is 1 × 1. */
+ * [c·2^l, (c+1)·2^l] and rows likewise, both ends included, as far as they exist: the highest that
+ * the surface gets over a block of 2^l × 2^l cells. ceil(size / 2^l) samples a side. Level 0 is the
+ * heights themselves. The last level is 1 × 1. */
 typedef struct vd_heightfield_level {
     uint64_t offset_bytes;
     int32_t width, height;

@@ -21,7 +21,8 @@ VD_BEGIN_DECLARATIONS
 typedef enum vd_filter { VD_FILTER_NEAREST = 0, VD_FILTER_LINEAR, VD_FILTER_COUNT } vd_filter;
 
 typedef enum vd_terrain_method {
-    VD_TERRAIN_RAYCAST = 0, /* the plain reference: one ray at a time through the cells */
+    VD_TERRAIN_MARCH = 0, /* past blocks of cells that lie under the ray, by the maxima pyramid */
+    VD_TERRAIN_RAYCAST,   /* the plain reference: one ray at a time through every cell */
     VD_TERRAIN_METHOD_COUNT
 } vd_terrain_method;
 
@@ -49,6 +50,9 @@ typedef struct vd_frame_stats {
     uint64_t samples; /* sample positions drawn */
     uint64_t hits;    /* of these, on the terrain */
 } vd_frame_stats;
+
+/* Returns "march" or "raycast". */
+VD_API const char *vd_terrain_method_name(vd_terrain_method method);
 
 /* Draws terrain and sky into the frame (all planes it has). `job` and `stats` may be null.
  * Returns VD_ERROR_ARGUMENT (names the field), VD_ERROR_MEMORY, VD_ERROR_CANCELLED (the frame then

@@ -79,47 +79,65 @@ float vd_heightfield_sample(const vd_heightfield *layout, const void *block, int
     }
 }
 
-/* One row of maxima from two rows of `count` samples; both may be the same row. One function a
- * type, so that each compiles to a plain loop. */
-static void reduce_u8(const uint8_t *a, const uint8_t *b, int count, uint8_t *out) {
+/* One row of maxima from three rows of `count` samples, some of which may be the same row: each
+ * over `reach` columns, 3 for the first level (whose cells share their border samples), then 2. */
+static void reduce_u8(const uint8_t *const rows[3], int count, int reach, uint8_t *out) {
     for (int i = 0; i < count; i += 2) {
-        int j = i + 1 < count ? i + 1 : i;
-        uint8_t left = a[i] < b[i] ? b[i] : a[i], right = a[j] < b[j] ? b[j] : a[j];
-        out[i / 2] = left < right ? right : left;
+        uint8_t max = rows[0][i];
+        for (int row = 0; row < 3; row++) {
+            for (int j = i; j < i + reach && j < count; j++) {
+                max = max < rows[row][j] ? rows[row][j] : max;
+            }
+        }
+        out[i / 2] = max;
     }
 }
 
-static void reduce_u16(const uint16_t *a, const uint16_t *b, int count, uint16_t *out) {
+static void reduce_u16(const uint16_t *const rows[3], int count, int reach, uint16_t *out) {
     for (int i = 0; i < count; i += 2) {
-        int j = i + 1 < count ? i + 1 : i;
-        uint16_t left = a[i] < b[i] ? b[i] : a[i], right = a[j] < b[j] ? b[j] : a[j];
-        out[i / 2] = left < right ? right : left;
+        uint16_t max = rows[0][i];
+        for (int row = 0; row < 3; row++) {
+            for (int j = i; j < i + reach && j < count; j++) {
+                max = max < rows[row][j] ? rows[row][j] : max;
+            }
+        }
+        out[i / 2] = max;
     }
 }
 
-static void reduce_f32(const float *a, const float *b, int count, float *out) {
+static void reduce_f32(const float *const rows[3], int count, int reach, float *out) {
     for (int i = 0; i < count; i += 2) {
-        int j = i + 1 < count ? i + 1 : i;
-        float left = a[i] < b[i] ? b[i] : a[i], right = a[j] < b[j] ? b[j] : a[j];
-        out[i / 2] = left < right ? right : left;
+        float max = rows[0][i];
+        for (int row = 0; row < 3; row++) {
+            for (int j = i; j < i + reach && j < count; j++) {
+                max = max < rows[row][j] ? rows[row][j] : max;
+            }
+        }
+        out[i / 2] = max;
     }
 }
 
 void vd_heightfield_build_level(const vd_heightfield *layout, void *block, int level) {
     const vd_heightfield_level *fine = &layout->levels[level - 1], *coarse = &layout->levels[level];
-    size_t sample = vd_height_bytes(layout->height_type);
+    const size_t sample = vd_height_bytes(layout->height_type);
+    const int reach = level == 1 ? 3 : 2;
     uint8_t *bytes = block;
     for (int32_t row = 0; row < coarse->height; row++) {
-        int32_t second = 2 * row + 1 < fine->height ? 2 * row + 1 : 2 * row;
-        const void *a = bytes + fine->offset_bytes + (uint64_t)(2 * row) * fine->stride * sample;
-        const void *b = bytes + fine->offset_bytes + (uint64_t)second * fine->stride * sample;
+        const void *rows[3];
+        for (int i = 0; i < 3; i++) {
+            int32_t from = 2 * row + (i < reach ? i : 0);
+            from = from < fine->height ? from : 2 * row;
+            rows[i] = bytes + fine->offset_bytes + (uint64_t)from * fine->stride * sample;
+        }
         void *out = bytes + coarse->offset_bytes + (uint64_t)row * coarse->stride * sample;
         if (layout->height_type == VD_HEIGHT_U8) {
-            reduce_u8(a, b, fine->width, out);
+            reduce_u8((const uint8_t *const[3]){rows[0], rows[1], rows[2]}, fine->width, reach,
+                      out);
         } else if (layout->height_type == VD_HEIGHT_U16) {
-            reduce_u16(a, b, fine->width, out);
+            reduce_u16((const uint16_t *const[3]){rows[0], rows[1], rows[2]}, fine->width, reach,
+                       out);
         } else {
-            reduce_f32(a, b, fine->width, out);
+            reduce_f32((const float *const[3]){rows[0], rows[1], rows[2]}, fine->width, reach, out);
         }
     }
 }

@@ -84,11 +84,12 @@ static vd_status check_head(const vd_heightfield *head) {
 /* True when every sample of a level is the maximum of those below it. */
 static bool level_is_right(const vd_heightfield *head, const uint8_t *block, int level) {
     const vd_heightfield_level *fine = &head->levels[level - 1], *coarse = &head->levels[level];
+    const int32_t reach = level == 1 ? 2 : 1; /* blocks of samples share their border samples */
     for (int32_t row = 0; row < coarse->height; row++) {
         for (int32_t column = 0; column < coarse->width; column++) {
             float expected = -INFINITY;
-            for (int32_t r = 2 * row; r <= 2 * row + 1 && r < fine->height; r++) {
-                for (int32_t c = 2 * column; c <= 2 * column + 1 && c < fine->width; c++) {
+            for (int32_t r = 2 * row; r <= 2 * row + reach && r < fine->height; r++) {
+                for (int32_t c = 2 * column; c <= 2 * column + reach && c < fine->width; c++) {
                     float h = vd_heightfield_sample(head, block, level - 1, c, r);
                     expected = expected < h ? h : expected;
                 }

@@ -9,7 +9,10 @@
 
 #include <veduta/terrain.h>
 
-typedef struct vd_surface {
+typedef struct vd_surface vd_surface;
+typedef struct vd_surface_hit vd_surface_hit;
+
+struct vd_surface {
     const vd_heightfield *heightfield;
     const float *heights; /* level 0, VD_HEIGHT_F32 */
     size_t stride;
@@ -18,23 +21,27 @@ typedef struct vd_surface {
     double top;                  /* a height above all ground, exaggerated, with a margin */
     double lift;                 /* shadow rays start this much above the surface, metres */
     double curvature;            /* (1 − k)/(2R) per metre, or 0 */
-} vd_surface;
+};
 
 /* Where a ray meets the ground. */
-typedef struct vd_surface_hit {
+struct vd_surface_hit {
     double t;           /* the ray's parameter */
     double column, row; /* in samples */
     double height;      /* metres, exaggerated */
-} vd_surface_hit;
+};
 
 /* Fails with VD_ERROR_ARGUMENT when the heightfield is not drawable (not float, or its
  * world_from_sample is singular). */
 VD_MUST_USE vd_status vd_surface_init(const vd_terrain_def *def, vd_surface *out);
 
-/* One ray through the cells, one after the other, from the parameter t_min on. `curvature` bends
- * the ray up relative to the ground by curvature × (horizontal distance from its origin)². */
-bool vd_surface_cast(const vd_surface *surface, const vd_ray *ray, double t_min, double curvature,
-                     vd_surface_hit *hit);
+/* Follows one ray from the parameter t_min on to its first hit; false when it hits nothing.
+ * `curvature` bends the ray up relative to the ground by curvature × (horizontal distance from its
+ * origin)². */
+typedef bool vd_surface_cast_function(const vd_surface *surface, const vd_ray *ray, double t_min,
+                                      double curvature, vd_surface_hit *hit);
+
+vd_surface_cast_function vd_surface_raycast; /* the reference: through every cell */
+vd_surface_cast_function vd_surface_march;   /* its twin: past blocks that lie under the ray */
 
 /* The unit normal at a surface point: central differences at the samples, bilinear between. */
 vd_vec3 vd_surface_normal(const vd_surface *surface, double column, double row);

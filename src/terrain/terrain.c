@@ -21,6 +21,7 @@ typedef struct render {
     const vd_terrain_def *def;
     const vd_camera *camera;
     vd_surface surface;
+    vd_surface_cast_function *cast;
     vd_frame *frame;
     uint16_t background[4];
     uint32_t terrain_id;
@@ -32,7 +33,7 @@ vd_terrain_def vd_terrain_def_default(void) {
     vd_terrain_def def;
     memset(&def, 0, sizeof def);
     def.light = vd_light_daylight(5.497787143782138, 0.7853981633974483);
-    def.method = VD_TERRAIN_RAYCAST;
+    def.method = VD_TERRAIN_MARCH;
     def.filter = VD_FILTER_LINEAR;
     def.samples = 4;
     def.exaggeration = 1.0;
@@ -41,6 +42,11 @@ vd_terrain_def vd_terrain_def_default(void) {
     def.sky = true;
     def.object_id = 1;
     return def;
+}
+
+const char *vd_terrain_method_name(vd_terrain_method method) {
+    static const char *const names[VD_TERRAIN_METHOD_COUNT] = {"march", "raycast"};
+    return method >= 0 && method < VD_TERRAIN_METHOD_COUNT ? names[method] : "unknown";
 }
 
 static void encode(vd_linear color, uint16_t out[4]) {
@@ -59,7 +65,8 @@ static void premultiply(vd_rgba8 color, uint16_t out[4]) {
     out[3] = (uint16_t)(color.a * 257u);
 }
 
-static bool sun_is_hidden(const vd_surface *surface, const vd_surface_hit *hit, vd_vec3 sun) {
+static bool sun_is_hidden(const render *r, const vd_surface_hit *hit, vd_vec3 sun) {
+    const vd_surface *surface = &r->surface;
     const double *m = surface->heightfield->world_from_sample;
     vd_ray ray;
     ray.origin.x = m[0] + (hit->column * m[1] + hit->row * m[2]);
@@ -67,7 +74,7 @@ static bool sun_is_hidden(const vd_surface *surface, const vd_surface_hit *hit, 
     ray.origin.z = hit->height + surface->lift;
     ray.direction = sun;
     vd_surface_hit blocker;
-    return vd_surface_cast(surface, &ray, 0.0, 0.0, &blocker);
+    return r->cast(surface, &ray, 0.0, 0.0, &blocker);
 }
 
 static void shade_hit(const render *r, const vd_ray *ray, const vd_surface_hit *hit,
@@ -84,7 +91,7 @@ static void shade_hit(const render *r, const vd_ray *ray, const vd_surface_hit *
         const vd_vec3 sun = def->light.sun_direction;
         float visible = 1.0f;
         if (def->shadows && sun.z > 0.0 && vd_vec3_dot(normal, sun) > 0.0 &&
-            sun_is_hidden(&r->surface, hit, sun)) {
+            sun_is_hidden(r, hit, sun)) {
             visible = 0.0f;
         }
         color = vd_light_shade(&def->light, color, normal, visible);
@@ -99,7 +106,7 @@ static void draw_sample(const render *r, vd_target *target, size_t index, double
     vd_surface_hit hit;
     uint16_t *color = target->color + 4 * index;
     scratch->samples++;
-    if (vd_surface_cast(&r->surface, &ray, r->camera->near_m, r->surface.curvature, &hit)) {
+    if (r->cast(&r->surface, &ray, r->camera->near_m, r->surface.curvature, &hit)) {
         scratch->hits++;
         shade_hit(r, &ray, &hit, color);
         target->depth[index] = vd_camera_depth(r->camera, hit.t);
@@ -217,6 +224,7 @@ static vd_status render_init(const vd_terrain_def *def, const vd_camera *camera,
     if (status.code == VD_OK) {
         status = vd_surface_init(def, &r->surface);
     }
+    r->cast = def->method == VD_TERRAIN_RAYCAST ? vd_surface_raycast : vd_surface_march;
     r->def = def;
     r->camera = camera;
     r->tile_step = 1;
