@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include "core/real.h"
 #include "support.h"
-#include <veduta/shadow.h>
+#include "terrain/shadow_internal.h"
 
 static int rounds(int full) {
     return getenv("VEDUTA_TEST_REDUCED") != NULL ? (full + 9) / 10 : full;
@@ -126,6 +126,28 @@ static void shift_equals_the_reference(void **state) {
             vd_context_destroy(&contexts[isa][t]);
         }
     }
+}
+
+/* Large maps are counted band by band; here the bands are as short as the rays' reach allows. */
+static void bands_join_without_a_seam(void **state) {
+    (void)state;
+    static uint8_t heights[70 * 1500], whole[70 * 1500], banded[70 * 1500];
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    uint64_t random = 9;
+    for (int round = 0; round < rounds(60); round++) {
+        random_heights(&random, VD_HEIGHT_U8, 70 * 1500, 70, heights);
+        vd_heightfield *map = make_map(context, VD_HEIGHT_U8, 70, 1500, heights, round % 2 == 0);
+        vd_shadow_def def = random_def(&random);
+        def.steps = 1 + (def.steps - 1) / (1 + round % 9);
+        vd_shadow_plan plan;
+        assert_ok(vd_shadow_make_plan(map, &def, 70, &plan));
+        assert_ok(vd_shadow_count(context, NULL, map, &def, whole, 70));
+        plan.slab_bytes = 1;
+        assert_ok(vd_shadow_count_shift(context, NULL, map, &plan, banded, 70));
+        assert_memory_equal(banded, whole, sizeof whole);
+        vd_heightfield_destroy(context, &map);
+    }
+    vd_context_destroy(&context);
 }
 
 /* An endless wall of height H in the row or column w, ground 0: a cell d samples behind it (seen
@@ -349,6 +371,7 @@ static void memory_may_end_and_jobs_be_cancelled(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shift_equals_the_reference),
+        cmocka_unit_test(bands_join_without_a_seam),
         cmocka_unit_test(walls_throw_shadows_of_known_length),
         cmocka_unit_test(suns_at_the_ends_of_the_sky),
         cmocka_unit_test(published_curve_mixes_squares),

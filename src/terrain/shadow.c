@@ -7,6 +7,9 @@
 #include "terrain/heightfield_block.h"
 #include "terrain/shadow_internal.h"
 
+/* A slab of a large map; smaller maps are one slab. */
+#define SLAB_BYTES ((size_t)64 << 20)
+
 vd_shadow_def vd_shadow_def_default(void) {
     vd_shadow_def def;
     memset(&def, 0, sizeof def);
@@ -54,10 +57,16 @@ static vd_status check_def(const vd_heightfield *map, const vd_shadow_def *def, 
     return vd_success();
 }
 
-static void make_plan(const vd_heightfield *map, const vd_shadow_def *def, vd_shadow_plan *plan) {
+vd_status vd_shadow_make_plan(const vd_heightfield *map, const vd_shadow_def *def,
+                              size_t counts_stride, vd_shadow_plan *plan) {
+    const vd_status status = check_def(map, def, counts_stride);
+    if (status.code != VD_OK) {
+        return status;
+    }
     const vd_vec3 sun = vd_sun_direction(def->azimuth_rad, def->altitude_rad);
     plan->wraps =
         def->edge == VD_SHADOW_EDGE_WRAP || (def->edge == VD_SHADOW_EDGE_MAP && map->wraps != 0);
+    plan->slab_bytes = SLAB_BYTES;
     plan->all_steps = def->steps;
     plan->steps = 0;
     bool above = false;
@@ -74,6 +83,7 @@ static void make_plan(const vd_heightfield *map, const vd_shadow_def *def, vd_sh
                               : (double)map->min + (double)t >= (double)map->max);
         plan->steps = above ? plan->steps : k;
     }
+    return status;
 }
 
 vd_status vd_shadow_count(vd_context *context, vd_job *job, const vd_heightfield *heightfield,
@@ -81,12 +91,11 @@ vd_status vd_shadow_count(vd_context *context, vd_job *job, const vd_heightfield
     if (context == NULL || heightfield == NULL || def == NULL || counts == NULL) {
         return vd_failure(VD_ERROR_ARGUMENT, "vd_shadow_count: no argument but job may be null");
     }
-    vd_status status = check_def(heightfield, def, stride);
+    vd_shadow_plan plan;
+    const vd_status status = vd_shadow_make_plan(heightfield, def, stride, &plan);
     if (status.code != VD_OK) {
         return status;
     }
-    vd_shadow_plan plan;
-    make_plan(heightfield, def, &plan);
     return def->method == VD_SHADOW_REFERENCE
                ? vd_shadow_count_reference(job, heightfield, &plan, counts, stride)
                : vd_shadow_count_shift(context, job, heightfield, &plan, counts, stride);

@@ -44,7 +44,12 @@ typedef struct vd_shadow_plan {
     bool wraps;
     int32_t dx[VD_SHADOW_STEPS], dy[VD_SHADOW_STEPS];
     float t[VD_SHADOW_STEPS];
+    size_t slab_bytes; /* of the twin's copy, about; tests make it small */
 } vd_shadow_plan;
+
+/* Checks def and fills the plan. Returns VD_ERROR_ARGUMENT. */
+VD_MUST_USE vd_status vd_shadow_make_plan(const vd_heightfield *map, const vd_shadow_def *def,
+                                          size_t counts_stride, vd_shadow_plan *plan);
 
 /* A band of the map and what its rays can reach, as the kernels see it. */
 typedef struct vd_shadow_slab {

@@ -7,10 +7,6 @@
 #include "terrain/heightfield_block.h"
 #include "terrain/shadow_internal.h"
 
-/* A slab of a large map; smaller maps are one slab. Bands are never shorter than the rays reach, so
- * that no more than half of what is copied is copied again for the next band. */
-#define SLAB_BYTES ((size_t)64 << 20)
-
 typedef struct shift {
     const vd_heightfield *map;
     const vd_shadow_kernels *kernels;
@@ -138,11 +134,13 @@ static void init(shift *s, vd_context *context, const vd_heightfield *map,
     s->slab.rows_above = s->above;
 }
 
-/* Rows of a band, a multiple of a block. */
+/* Rows of a band, a multiple of a block: never fewer than the rays reach, so that no more than half
+ * of what is copied is copied again for the next band. */
 static int band_rows(const shift *s) {
     const int reach = s->above + s->below;
-    const int fitting = (int)(SLAB_BYTES / s->row_bytes) - reach;
-    const int rows = fitting > reach ? fitting : reach;
+    const int fitting = (int)(s->slab.plan->slab_bytes / s->row_bytes) - reach;
+    int rows = fitting > reach ? fitting : reach;
+    rows = rows > 1 ? rows : 1;
     return whole_blocks(rows < s->map->height ? rows : s->map->height);
 }
 
