@@ -3,7 +3,7 @@
  *     text ──parse──► nodes ──fold, share──► registers ──► vd_function ──► kernels
  *                     (function_build.c)                   (one block)     bounds
  *
- * A program is a list of three-operand instructions on registers of 16 floats. Register 0 is x, 1
+ * A program is a list of three-operand instructions on registers of 32 floats. Register 0 is x, 1
  * is y, then come the constants, loaded once a call, then the temporaries. Nothing branches: both
  * sides of ?: are computed and one is selected, as lanes may differ.
  *
@@ -20,7 +20,7 @@
 
 #include <veduta/function.h>
 
-#define VD_FUNCTION_MAX_REGISTERS 512 /* 64 bytes each, on the stack of who evaluates */
+#define VD_FUNCTION_MAX_REGISTERS 256 /* 128 bytes each, on the stack of who evaluates */
 
 typedef enum vd_function_op {
     VD_OP_ADD = 0, /* a + b */

@@ -1,5 +1,5 @@
 /* function_real.h: the numbers behind sin, cos, atan2, exp, log and noise, shared by the reference
- * and the kernels, and the power, which both compute one lane at a time.
+ * and the kernels, and the plain logarithm, exponential and power in double.
  *
  * The polynomials are our own minimax fits (Remez exchange at 50 digits, weighted for relative
  * error of the function, rounded to float afterwards). The size of the relative error of the fit
@@ -74,14 +74,27 @@
 #define VD_OCTAVE_COS 1.6f
 #define VD_OCTAVE_SIN 1.2f
 
+/* The same for double. A whole number from −1024 to 3071 becomes a double, and a double is rounded
+ * to a whole number, by adding 2^52 or 1.5 · 2^52: what every SIMD level has. */
+#define VD_SQRT_HALF_BITS_64 UINT64_C(0x3fe6a09e667f3bcd)
+#define VD_WHOLE_BITS_64 UINT64_C(0x4330000000000000) /* of 2^52 */
+#define VD_WHOLE_64 0x1p52
+#define VD_ROUND_64 0x1.8p52
+#define VD_LOG2_E_64 1.44269504088896340736
+#define VD_LN2_64 0.69314718055994530942
+#define VD_LN2_HIGH_64 6.93147180369123816490e-01
+#define VD_LN2_LOW_64 1.90821492927058770002e-10
+
 /* ln a for a > 0 finite, to 1e-14: the series of 2 artanh(f/(2+f)) on √½ … √2. */
 static inline double vd_function_log_double(double a) {
     uint64_t bits;
     memcpy(&bits, &a, sizeof bits);
-    const int64_t e = (int64_t)((bits - 0x3fe6a09e667f3bcdu) >> 52) & 0xfff;
-    const int64_t exponent = e >= 0x800 ? e - 0x1000 : e;
-    bits -= (uint64_t)exponent << 52;
-    double m;
+    const uint64_t biased = (bits - VD_SQRT_HALF_BITS_64 + (UINT64_C(1024) << 52)) >> 52;
+    const uint64_t whole = biased | VD_WHOLE_BITS_64;
+    double exponent, m;
+    memcpy(&exponent, &whole, sizeof exponent);
+    exponent = exponent - (VD_WHOLE_64 + 1024.0);
+    bits -= (biased - 1024u) << 52;
     memcpy(&m, &bits, sizeof m);
     const double f = m - 1.0, s = f / (2.0 + f), z = s * s;
     double p = 1.0 / 17.0;
@@ -92,13 +105,13 @@ static inline double vd_function_log_double(double a) {
     p = p * z + 1.0 / 7.0;
     p = p * z + 1.0 / 5.0;
     p = p * z + 1.0 / 3.0;
-    return (double)exponent * 0.69314718055994530942 + 2.0 * (s + s * z * p);
+    return exponent * VD_LN2_64 + 2.0 * (s + s * z * p);
 }
 
 /* e^y for |y| <= 200, to 1e-14. */
 static inline double vd_function_exp_double(double y) {
-    const double n = floor(y * 1.44269504088896340736 + 0.5);
-    const double r = (y - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10;
+    const double shifted = y * VD_LOG2_E_64 + VD_ROUND_64, n = shifted - VD_ROUND_64;
+    const double r = (y - n * VD_LN2_HIGH_64) - n * VD_LN2_LOW_64;
     double p = 1.0 / 39916800.0;
     p = p * r + 1.0 / 3628800.0;
     p = p * r + 1.0 / 362880.0;
@@ -111,7 +124,9 @@ static inline double vd_function_exp_double(double y) {
     p = p * r + 0.5;
     p = p * r + 1.0;
     p = p * r + 1.0;
-    const uint64_t bits = (uint64_t)((int64_t)n + 1023) << 52;
+    uint64_t bits;
+    memcpy(&bits, &shifted, sizeof bits);
+    bits = (bits + 1023u) << 52; /* the low bits of `shifted` are n */
     double scale;
     memcpy(&scale, &bits, sizeof scale);
     return p * scale;
