@@ -67,14 +67,13 @@ vd_status vd_function_error(vd_code code, const char *text, size_t size_bytes, s
     for (int i = 0; i < 3 && end > at && end < line_end && continues(text[end]); i++) {
         end--;
     }
-    char excerpt[EXCERPT_BYTES + 8], before[EXCERPT_BYTES + 8], whole_line[4 * 1024];
+    char excerpt[EXCERPT_BYTES + 8], before[EXCERPT_BYTES + 8];
     (void)copy_shown(text, begin, end, excerpt);
     const size_t caret = copy_shown(text, begin, at, before);
     size_t column = 1 + caret;
-    for (size_t i = line_begin; i < begin;) { /* in pieces: a line may be long */
-        const size_t piece = begin - i < sizeof whole_line - 8 ? begin - i : sizeof whole_line - 8;
-        column += copy_shown(text, i, i + piece, whole_line);
-        i += piece;
+    for (size_t i = line_begin; i < begin; column++) {
+        const size_t bytes = character_bytes(text, begin, i);
+        i += bytes > 0 ? bytes : 1;
     }
     const char *left = begin > line_begin ? "…" : "", *right = end < line_end ? "…" : "";
     return vd_failure(code, "function, line %d, column %zu: %s\n  %s%s%s\n  %*s^", line, column,

@@ -23,7 +23,9 @@
  * step where its lowest cell is. Within, runs of 8 steps are skipped when the lowest cell's ray is
  * above all of the 64 × 32 tiles that the block's rays cross meanwhile. Both tests are exact: h + t
  * is monotone in h and t, also when rounded. Tried and not faster: two groups of 4 rows, so that
- * heights and counts fit the 16 registers of v2 and v3 (v3: 6.4 ms against 5.5).
+ * heights and counts fit the 16 registers of v2 and v3 (v3: 6.4 ms against 5.5);
+ * strips of 64 columns from top to bottom instead of rows, to stay in the second-level cache (no
+ * difference at 1024 and 4096 samples a side, 20 % slower with the sun in the east).
  */
 #ifndef VEDUTA_TERRAIN_SHADOW_INTERNAL_H
 #define VEDUTA_TERRAIN_SHADOW_INTERNAL_H
