@@ -10,10 +10,12 @@
 #include <veduta/context.h>
 #include <veduta/dem.h>
 #include <veduta/frame.h>
+#include <veduta/function.h>
 #include <veduta/heightfield.h>
 #include <veduta/job.h>
 #include <veduta/light.h>
 #include <veduta/picture.h>
+#include <veduta/shadow.h>
 #include <veduta/status.h>
 #include <veduta/target.h>
 #include <veduta/terrain.h>
