@@ -1,0 +1,481 @@
+#include <math.h>
+#include <string.h>
+#include "core/wide.h"
+#include "terrain/classic_march.h"
+
+#define LANES VD_WIDE_LANES
+#define GROUPS (VD_MARCH_TILE / LANES)
+#ifndef SLOTS
+#define SLOTS (LANES == 16 ? 3 : LANES == 8 ? 2 : 1)
+#endif
+#define POLL_STEPS 4096
+
+/* For the proof in test_march.c: lanes of the mask pass over the slices from p->k to end. */
+#ifndef VD_MARCH_SKIPPED
+#define VD_MARCH_SKIPPED(setup, p, end, lanes)
+#endif
+
+/* LANES neighbouring columns, each somewhere on its own way. */
+typedef struct packet {
+    vd_wide_f32 k;      /* number of the next slice */
+    vd_wide_f32 hidden; /* last hidden row; −infinity once nothing more can be seen */
+    vd_wide_i32 level;
+    vd_wide_f32 direction_x, direction_y;
+    vd_wide_f32 slices_x, slices_y; /* slices a sample of the map, signed */
+    vd_wide_f32 begin_x, begin_y;
+    vd_wide_f32 forward_x, forward_y; /* 1 where the coordinate grows, else 0 */
+    vd_wide_i32 flip_x, flip_y;       /* 0 where it grows, else 1 */
+    vd_wide_i32 pixel;                /* of the tiles' first row */
+} packet;
+
+typedef struct slot {
+    int tile;       /* −1: none */
+    uint32_t alive; /* groups with columns that still see something */
+    packet packets[GROUPS];
+} slot;
+
+/* ---- what is found --------------------------------------------------------------------------- */
+
+static void drain(const vd_march_picture *picture, vd_march_scratch *scratch, bool deep) {
+    const uint32_t *colors = (const uint32_t *)(const void *)picture->map->colors;
+    const size_t count = scratch->count;
+    uint32_t *tiles = scratch->tiles;
+    for (size_t i = 0; i < count; i++) {
+        tiles[scratch->at[i]] = colors[scratch->from[i]];
+    }
+    if (deep) {
+        for (size_t i = 0; i < count; i++) {
+            scratch->depths[scratch->at[i]] = scratch->depth_of[i];
+        }
+    }
+    scratch->count = 0;
+}
+
+VD_CLASSIC_INLINE void found(const vd_march_picture *picture, vd_march_scratch *scratch,
+                             vd_wide_mask seen, vd_wide_f32 row, vd_wide_i32 pixel,
+                             vd_wide_i32 index, vd_wide_f32 z, bool deep) {
+    if (scratch->count > VD_MARCH_BATCH - LANES) {
+        drain(picture, scratch, deep);
+    }
+    vd_wide_compress_i32(scratch->at + scratch->count, seen,
+                         pixel + vd_wide_to_i32(row) * VD_MARCH_TILE);
+    vd_wide_compress_i32(scratch->from + scratch->count, seen, index);
+    if (deep) {
+        vd_wide_compress_i32((int32_t *)(void *)(scratch->depth_of + scratch->count), seen,
+                             (vd_wide_i32)(picture->setup->z0 / z));
+    }
+    scratch->count += (size_t)__builtin_popcount(vd_wide_bits(seen));
+}
+
+/* ---- the map --------------------------------------------------------------------------------- */
+
+VD_CLASSIC_INLINE vd_wide_f32 gather_height(const vd_march_map *map, vd_wide_i32 index,
+                                            vd_height_type type) {
+    switch (type) {
+    case VD_HEIGHT_U8:
+        return __builtin_convertvector(vd_wide_gather_u8(map->heights, index), vd_wide_f32);
+    case VD_HEIGHT_U16:
+        return __builtin_convertvector(vd_wide_gather_u16(map->heights, index), vd_wide_f32);
+    default:
+        return vd_wide_gather_f32(map->heights, index);
+    }
+}
+
+/* Whole numbers v, |v| < 2^23, modulo size. */
+VD_CLASSIC_INLINE vd_wide_f32 wrap(vd_wide_f32 v, float size, float inverse) {
+    vd_wide_f32 rest = v - vd_wide_floor_f32(v * inverse) * size;
+    const vd_wide_f32 zero = vd_wide_splat_f32(0.0f), whole = vd_wide_splat_f32(size);
+    rest = vd_wide_blend_f32(vd_wide_less_f32(rest, zero), rest + whole, rest);
+    return vd_wide_blend_f32(vd_wide_less_f32(rest, whole), rest, rest - whole);
+}
+
+/* The extent of a cell along one axis, and its number at its level. */
+typedef struct interval {
+    vd_wide_f32 low, high;
+    vd_wide_i32 cell;
+} interval;
+
+VD_CLASSIC_INLINE interval find_interval(vd_wide_f32 p, float size, float inverse_size,
+                                         vd_wide_f32 cell, vd_wide_f32 inverse) {
+    const vd_wide_f32 whole = vd_wide_floor_f32(p);
+    const vd_wide_f32 rest = wrap(whole, size, inverse_size);
+    const vd_wide_f32 number = vd_wide_floor_f32(rest * inverse);
+    const vd_wide_f32 base = whole - rest;
+    interval i;
+    i.low = base + number * cell;
+    i.high = vd_wide_min_f32(i.low + cell, base + size);
+    i.cell = vd_wide_to_i32(number);
+    return i;
+}
+
+/* ---- one step -------------------------------------------------------------------------------- */
+
+/* Returns whether any lane still sees something. */
+VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *scratch, packet *p,
+                            vd_height_type type, bool power_of_two, bool deep) {
+    const vd_classic_setup *setup = picture->setup;
+    const vd_march_map *map = picture->map;
+    const vd_wide_f32 k = p->k;
+    const vd_wide_i32 level = p->level;
+    const vd_wide_f32 z = setup->z0 + k * setup->step;
+    const vd_wide_f32 x = setup->eye_x + z * p->direction_x;
+    const vd_wide_f32 y = setup->eye_y + z * p->direction_y;
+    const vd_wide_f32 cell = vd_wide_lookup_f32(map->cell, level);
+    const vd_wide_f32 inverse = vd_wide_lookup_f32(map->inverse, level);
+
+    /* The cell, and where the column leaves it. */
+    vd_wide_f32 edge_x, edge_y, cell_x, cell_y;
+    vd_wide_i32 column, row;
+    interval across = {0}, along = {0};
+    if (power_of_two) {
+        cell_x = vd_wide_floor_f32(x * inverse);
+        cell_y = vd_wide_floor_f32(y * inverse);
+        edge_x = (cell_x + p->forward_x) * cell;
+        edge_y = (cell_y + p->forward_y) * cell;
+        column = vd_wide_to_i32(cell_x);
+        row = vd_wide_to_i32(cell_y);
+    } else {
+        across = find_interval(x, (float)map->width, 1.0f / (float)map->width, cell, inverse);
+        along = find_interval(y, (float)map->height, 1.0f / (float)map->height, cell, inverse);
+        edge_x = across.low + p->forward_x * (across.high - across.low);
+        edge_y = along.low + p->forward_y * (along.high - along.low);
+        column = across.cell;
+        row = along.cell;
+    }
+    const vd_wide_f32 k_x = (edge_x - setup->eye_x) * p->slices_x + p->begin_x;
+    const vd_wide_f32 k_y = (edge_y - setup->eye_y) * p->slices_y + p->begin_y;
+    const vd_wide_i32 up =
+        vd_wide_blend_i32(vd_wide_less_f32(k_x, k_y), column ^ p->flip_x, row ^ p->flip_y) & 1;
+
+    if (power_of_two) {
+        column &= vd_wide_lookup_i32(map->mask_x, level);
+        row &= vd_wide_lookup_i32(map->mask_y, level);
+    }
+    const vd_wide_i32 index = vd_wide_lookup_i32(map->offset, level) + column + (row << 3) +
+                              (column & ~7) * vd_wide_lookup_i32(map->lead, level);
+    const vd_wide_f32 height = gather_height(map, index, type);
+
+    /* The last slice that is surely in the cell: an estimate, verified by the exact formula. */
+    vd_wide_f32 end = vd_wide_floor_f32(vd_wide_min_f32(k_x, k_y));
+    const vd_wide_mask leaf = vd_wide_equal_i32(level, vd_wide_splat_i32(0));
+    const vd_wide_mask all = vd_wide_equal_i32(level, vd_wide_splat_i32(map->everything));
+    const vd_wide_f32 last = vd_wide_splat_f32(picture->last);
+    end = vd_wide_blend_f32(all, last, vd_wide_min_f32(vd_wide_max_f32(end, k), last));
+    vd_wide_f32 z_end = setup->z0 + end * setup->step;
+    const vd_wide_f32 x_end = setup->eye_x + z_end * p->direction_x;
+    const vd_wide_f32 y_end = setup->eye_y + z_end * p->direction_y;
+    vd_wide_mask inside;
+    if (power_of_two) {
+        inside = vd_wide_equal_f32(vd_wide_floor_f32(x_end * inverse), cell_x) &
+                 vd_wide_equal_f32(vd_wide_floor_f32(y_end * inverse), cell_y);
+    } else {
+        inside = (vd_wide_not(vd_wide_less_f32(x_end, across.low)) &
+                  vd_wide_less_f32(x_end, across.high) &
+                  vd_wide_not(vd_wide_less_f32(y_end, along.low)) &
+                  vd_wide_less_f32(y_end, along.high)) |
+                 all;
+    }
+    if (deep) {
+        inside = inside & vd_wide_not(leaf);
+    }
+    end = vd_wide_blend_f32(inside, end, k);
+    z_end = vd_wide_blend_f32(inside, z_end, z);
+
+    /* The highest row that anything in the cell reaches on the way through it. */
+    const vd_wide_f32 below = setup->eye_height - height;
+    const vd_wide_f32 z_worst =
+        vd_wide_blend_f32(vd_wide_less_f32(below, vd_wide_splat_f32(0.0f)), z, z_end);
+    const vd_wide_f32 top = below * (setup->scale / z_worst) + setup->horizon;
+    const vd_wide_mask visible = vd_wide_less_f32(top, p->hidden);
+    const vd_wide_mask seen = visible & leaf;
+    const vd_wide_mask down = visible & vd_wide_not(leaf);
+
+    VD_MARCH_SKIPPED(setup, p, end, vd_wide_bits(vd_wide_not(visible)));
+
+    vd_wide_f32 hidden = p->hidden;
+    if (vd_wide_bits(seen) != 0) {
+        const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
+        const vd_wide_f32 first = __builtin_convertvector(
+            vd_wide_to_i32(vd_wide_max_f32(vd_wide_blend_f32(seen, top, zero), zero)), vd_wide_f32);
+        found(picture, scratch, seen, first, p->pixel, index, z_worst, deep);
+        hidden = vd_wide_blend_f32(seen, first, hidden);
+    }
+    const vd_wide_f32 next = vd_wide_blend_f32(down, k, end + 1.0f);
+    const vd_wide_f32 past = vd_wide_splat_f32(picture->last + 1.0f);
+    const vd_wide_mask going =
+        vd_wide_less_f32(next, past) & vd_wide_less_f32(vd_wide_splat_f32(0.0f), hidden);
+    p->k = vd_wide_min_f32(next, past);
+    p->hidden = vd_wide_blend_f32(going, hidden, vd_wide_splat_f32(-INFINITY));
+    /* Up only where the parent ends too: on the way through it, it has been seen to be too high. */
+    vd_wide_i32 to = level + vd_wide_blend_i32(visible, vd_wide_splat_i32(0), up);
+    to -= vd_wide_blend_i32(down, vd_wide_splat_i32(1), vd_wide_splat_i32(0));
+    p->level = vd_wide_blend_i32(
+        all, level - vd_wide_blend_i32(down, vd_wide_splat_i32(1), vd_wide_splat_i32(0)), to);
+    return vd_wide_bits(going) != 0;
+}
+
+/* ---- tiles ----------------------------------------------------------------------------------- */
+
+VD_CLASSIC_INLINE void begin_axis(const vd_classic_setup *setup, float direction, float eye,
+                                  float *slices, float *begin) {
+    const double step = setup->step, d = direction;
+    double per_sample = d == 0.0 ? 0.0 : 1.0 / (d * step);
+    bool never = !(fabs(per_sample) < 1e15) || d == 0.0;
+    const double unsure = 0x1p-23 * fabs((double)eye) * fabs(per_sample);
+    *slices = never ? 0.0f : (float)(per_sample * (1.0 - 0x1p-21));
+    *begin = never ? 1e30f : (float)(-(double)setup->z0 / step - unsure - 0.001);
+}
+
+static void begin_packet(const vd_march_picture *picture, int slot_number, int tile, int group,
+                         packet *p) {
+    const vd_classic_setup *setup = picture->setup;
+    const int width = setup->frame->width, height = setup->frame->height;
+    memset(p, 0, sizeof *p);
+    for (int lane = 0; lane < LANES; lane++) {
+        const int column = tile * VD_MARCH_TILE + group * LANES + lane;
+        const int here = column < width ? column : width - 1;
+        const float x = setup->direction_x[here], y = setup->direction_y[here];
+        float slices, begin;
+        p->direction_x[lane] = x;
+        p->direction_y[lane] = y;
+        begin_axis(setup, x, setup->eye_x, &slices, &begin);
+        p->slices_x[lane] = slices;
+        p->begin_x[lane] = begin;
+        begin_axis(setup, y, setup->eye_y, &slices, &begin);
+        p->slices_y[lane] = slices;
+        p->begin_y[lane] = begin;
+        p->forward_x[lane] = x > 0.0f ? 1.0f : 0.0f;
+        p->forward_y[lane] = y > 0.0f ? 1.0f : 0.0f;
+        p->flip_x[lane] = x > 0.0f ? 0 : 1;
+        p->flip_y[lane] = y > 0.0f ? 0 : 1;
+        p->hidden[lane] = column < width ? (float)height : -INFINITY;
+        p->pixel[lane] = slot_number * height * VD_MARCH_TILE + group * LANES + lane;
+    }
+}
+
+/* Takes the next tile; −1 when there is none. */
+static int take_tile(vd_march_picture *picture) {
+    if (atomic_load(&picture->interrupted)) {
+        return -1;
+    }
+    if (vd_job_stopped(picture->setup->job)) {
+        atomic_store(&picture->interrupted, true);
+        return -1;
+    }
+    const int tile = atomic_fetch_add(&picture->next_tile, 1);
+    return tile < picture->tiles ? tile : -1;
+}
+
+static void begin_slot(vd_march_picture *picture, slot *slots, int number) {
+    slot *s = &slots[number];
+    s->tile = take_tile(picture);
+    s->alive = s->tile < 0 ? 0 : (1u << GROUPS) - 1;
+    for (int group = 0; group < GROUPS && s->tile >= 0; group++) {
+        begin_packet(picture, number, s->tile, group, &s->packets[group]);
+    }
+}
+
+/* Depth and id of a tile; its colours tell where runs begin. */
+static void flush_planes(const vd_frame *frame, const vd_march_scratch *scratch, size_t at,
+                         int first, int columns) {
+    float depth[VD_MARCH_TILE] = {0};
+    uint32_t id[VD_MARCH_TILE] = {0};
+    for (int row = 0; row < frame->height; row++, at += VD_MARCH_TILE) {
+        for (int i = 0; i < VD_MARCH_TILE; i++) {
+            if (scratch->tiles[at + (size_t)i] != 0) {
+                id[i] = 1;
+                depth[i] = frame->depth != NULL ? scratch->depths[at + (size_t)i] : 0.0f;
+            }
+        }
+        const size_t to = (size_t)row * frame->stride + (size_t)first;
+        if (frame->depth != NULL) {
+            memcpy(frame->depth + to, depth, (size_t)columns * sizeof *depth);
+        }
+        if (frame->id != NULL) {
+            memcpy(frame->id + to, id, (size_t)columns * sizeof *id);
+        }
+    }
+}
+
+/* Writes a tile out: a row shows the colour of the last run that began at or above it. */
+static void flush(const vd_march_picture *picture, vd_march_scratch *scratch, int slot_number,
+                  int tile) {
+    const vd_classic_setup *setup = picture->setup;
+    const vd_frame *frame = setup->frame;
+    const int first = tile * VD_MARCH_TILE;
+    const int columns = frame->width - first < VD_MARCH_TILE ? frame->width - first : VD_MARCH_TILE;
+    const size_t at = (size_t)slot_number * (size_t)frame->height * VD_MARCH_TILE;
+    uint32_t *from = scratch->tiles + at;
+    uint32_t *to = (uint32_t *)(void *)frame->rgba + first;
+    if (frame->depth != NULL || frame->id != NULL) {
+        flush_planes(frame, scratch, at, first, columns);
+    }
+    vd_wide_i32 color[GROUPS];
+    for (int group = 0; group < GROUPS; group++) {
+        color[group] = vd_wide_splat_i32((int32_t)setup->background);
+    }
+    const vd_wide_i32 zero = vd_wide_splat_i32(0);
+    for (int row = 0; row < frame->height; row++) {
+        vd_wide_i32 out[GROUPS];
+        for (int group = 0; group < GROUPS; group++) {
+            vd_wide_i32 here;
+            memcpy(&here, from + group * LANES, sizeof here);
+            memcpy(from + group * LANES, &zero, sizeof zero);
+            color[group] = vd_wide_blend_i32(vd_wide_equal_i32(here, zero), color[group], here);
+            out[group] = color[group];
+        }
+        if (columns == VD_MARCH_TILE) {
+            memcpy(to, out, sizeof out);
+        } else {
+            memcpy(to, out, (size_t)columns * sizeof *to);
+        }
+        from += VD_MARCH_TILE;
+        to += frame->stride;
+    }
+}
+
+VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratch,
+                             vd_height_type type, bool power_of_two, bool deep) {
+    slot slots[SLOTS];
+    for (int i = 0; i < SLOTS; i++) {
+        begin_slot(picture, slots, i);
+    }
+    bool working = true;
+    for (uint32_t steps = 1; working; steps++) {
+        working = false;
+        for (int i = 0; i < SLOTS; i++) {
+            slot *s = &slots[i];
+            if (s->tile < 0) {
+                continue;
+            }
+            working = true;
+            uint32_t alive = 0;
+            for (int group = 0; group < GROUPS; group++) {
+                if ((s->alive >> group & 1) != 0 &&
+                    step(picture, scratch, &s->packets[group], type, power_of_two, deep)) {
+                    alive |= 1u << group;
+                }
+            }
+            s->alive = alive;
+            if (alive == 0) {
+                drain(picture, scratch, deep);
+                flush(picture, scratch, i, s->tile);
+                begin_slot(picture, slots, i);
+            }
+        }
+        if (steps % POLL_STEPS == 0 && vd_job_stopped(picture->setup->job)) {
+            atomic_store(&picture->interrupted, true);
+            drain(picture, scratch, deep);
+            memset(scratch->tiles, 0,
+                   sizeof *scratch->tiles * SLOTS * VD_MARCH_TILE *
+                       (size_t)picture->setup->frame->height);
+            return;
+        }
+    }
+}
+
+/* ---- the sweep ------------------------------------------------------------------------------- */
+
+/* Every slice of a tile's columns, until the highest height cannot be seen any more. Returns false
+ * when the job was stopped. */
+VD_CLASSIC_INLINE bool sweep_tile(vd_march_picture *picture, vd_march_scratch *scratch,
+                                  packet *packets, vd_height_type type, bool power_of_two,
+                                  bool deep) {
+    const vd_classic_setup *setup = picture->setup;
+    const vd_march_map *map = picture->map;
+    const float above = setup->eye_height - map->highest;
+    const float nearest_top = above * picture->slice_rise[setup->slice_count - 1] + setup->horizon;
+    const vd_wide_i32 column_mask = vd_wide_splat_i32(map->mask_x[0]);
+    const vd_wide_i32 row_mask = vd_wide_splat_i32(map->mask_y[0]);
+    const int32_t lead = map->lead[0];
+    for (uint32_t k = 0; k < setup->slice_count; k++) {
+        const float z = picture->slice_z[k], rise = picture->slice_rise[k];
+        if (k % 8 == 0) {
+            const float top = above < 0.0f ? above * rise + setup->horizon : nearest_top;
+            uint32_t alive = 0;
+            for (int group = 0; group < GROUPS; group++) {
+                alive |=
+                    vd_wide_bits(vd_wide_less_f32(vd_wide_splat_f32(top), packets[group].hidden));
+            }
+            if (alive == 0) {
+                return true;
+            }
+            if (k % POLL_STEPS == 0 && vd_job_stopped(setup->job)) {
+                return false;
+            }
+        }
+        for (int group = 0; group < GROUPS; group++) {
+            packet *p = &packets[group];
+            vd_wide_f32 x = vd_wide_floor_f32(setup->eye_x + z * p->direction_x);
+            vd_wide_f32 y = vd_wide_floor_f32(setup->eye_y + z * p->direction_y);
+            vd_wide_i32 column, row;
+            if (power_of_two) {
+                column = vd_wide_to_i32(x) & column_mask;
+                row = vd_wide_to_i32(y) & row_mask;
+            } else {
+                column = vd_wide_to_i32(wrap(x, (float)map->width, 1.0f / (float)map->width));
+                row = vd_wide_to_i32(wrap(y, (float)map->height, 1.0f / (float)map->height));
+            }
+            const vd_wide_i32 index = column + (row << 3) + (column & ~7) * lead;
+            const vd_wide_f32 height = gather_height(map, index, type);
+            const vd_wide_f32 top = (setup->eye_height - height) * rise + setup->horizon;
+            const vd_wide_mask seen = vd_wide_less_f32(top, p->hidden);
+            if (vd_wide_bits(seen) == 0) {
+                continue;
+            }
+            const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
+            const vd_wide_f32 first = __builtin_convertvector(
+                vd_wide_to_i32(vd_wide_max_f32(vd_wide_blend_f32(seen, top, zero), zero)),
+                vd_wide_f32);
+            found(picture, scratch, seen, first, p->pixel, index, vd_wide_splat_f32(z), deep);
+            const vd_wide_f32 hidden = vd_wide_blend_f32(seen, first, p->hidden);
+            p->hidden = vd_wide_blend_f32(vd_wide_less_f32(zero, hidden), hidden,
+                                          vd_wide_splat_f32(-INFINITY));
+        }
+    }
+    return true;
+}
+
+VD_CLASSIC_INLINE void sweep(vd_march_picture *picture, vd_march_scratch *scratch,
+                             vd_height_type type, bool power_of_two, bool deep) {
+    packet packets[GROUPS];
+    for (int tile; (tile = take_tile(picture)) >= 0;) {
+        for (int group = 0; group < GROUPS; group++) {
+            begin_packet(picture, 0, tile, group, &packets[group]);
+        }
+        if (!sweep_tile(picture, scratch, packets, type, power_of_two, deep)) {
+            atomic_store(&picture->interrupted, true);
+        }
+        drain(picture, scratch, deep);
+        flush(picture, scratch, 0, tile);
+    }
+}
+
+/* ---- one copy for each type, kind of map and wish for depth -----------------------------------
+ */
+
+#define COPY(name, type, power_of_two, deep)                                                       \
+    static void march_##name(vd_march_picture *picture, vd_march_scratch *scratch) {               \
+        march(picture, scratch, type, power_of_two, deep);                                         \
+    }                                                                                              \
+    static void sweep_##name(vd_march_picture *picture, vd_march_scratch *scratch) {               \
+        sweep(picture, scratch, type, power_of_two, deep);                                         \
+    }
+#define COPIES(name, type)                                                                         \
+    COPY(name##_any, type, false, false)                                                           \
+    COPY(name##_any_deep, type, false, true)                                                       \
+    COPY(name, type, true, false)                                                                  \
+    COPY(name##_deep, type, true, true)
+#define ROW(kind, name)                                                                            \
+    {                                                                                              \
+        {kind##_##name##_any, kind##_##name##_any_deep}, {                                         \
+            kind##_##name, kind##_##name##_deep                                                    \
+        }                                                                                          \
+    }
+
+COPIES(u8, VD_HEIGHT_U8)
+COPIES(u16, VD_HEIGHT_U16)
+COPIES(f32, VD_HEIGHT_F32)
+
+const vd_march_kernels TABLE = {{ROW(march, u8), ROW(march, u16), ROW(march, f32)},
+                                {ROW(sweep, u8), ROW(sweep, u16), ROW(sweep, f32)}};
