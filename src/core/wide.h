@@ -208,9 +208,54 @@ static inline vd_wide_f32 vd_wide_floor_f32(vd_wide_f32 v) {
 #endif
 }
 
-/* Truncates; |v| < 2^31. */
+/* Truncates. What does not fit gives some number, not the same one at every level. */
 static inline vd_wide_i32 vd_wide_to_i32(vd_wide_f32 v) {
-    return __builtin_convertvector(v, vd_wide_i32);
+#if defined(__AVX512F__)
+    return (vd_wide_i32)_mm512_cvttps_epi32((__m512)v);
+#elif defined(__AVX2__)
+    return (vd_wide_i32)_mm256_cvttps_epi32((__m256)v);
+#elif defined(__SSE4_1__)
+    return (vd_wide_i32)_mm_cvttps_epi32((__m128)v);
+#else
+    vd_wide_i32 whole;
+    for (int i = 0; i < VD_WIDE_LANES; i++) {
+        whole[i] = v[i] >= -0x1p31f && v[i] < 0x1p31f ? (int32_t)v[i] : INT32_MIN;
+    }
+    return whole;
+#endif
+}
+
+/* a·b + c, rounded once where the level has that and twice where not: for estimates only, never for
+ * what is seen. */
+static inline vd_wide_f32 vd_wide_estimate_f32(vd_wide_f32 a, vd_wide_f32 b, vd_wide_f32 c) {
+#if defined(__AVX512F__)
+    return (vd_wide_f32)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
+#elif defined(__AVX2__) && defined(__FMA__)
+    return (vd_wide_f32)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+#else
+    return a * b + c;
+#endif
+}
+
+/* a + b in the lanes of the mask, a in the others. */
+static inline vd_wide_i32 vd_wide_add_where_i32(vd_wide_mask mask, vd_wide_i32 a, vd_wide_i32 b) {
+#if defined(__AVX512F__)
+    return (vd_wide_i32)_mm512_mask_add_epi32((__m512i)a, mask, (__m512i)a, (__m512i)b);
+#else
+    return a + (b & mask);
+#endif
+}
+
+static inline vd_wide_i32 vd_wide_min_i32(vd_wide_i32 a, vd_wide_i32 b) {
+#if defined(__AVX512F__)
+    return (vd_wide_i32)_mm512_min_epi32((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+    return (vd_wide_i32)_mm256_min_epi32((__m256i)a, (__m256i)b);
+#elif defined(__SSE4_1__)
+    return (vd_wide_i32)_mm_min_epi32((__m128i)a, (__m128i)b);
+#else
+    return (vd_wide_i32)vd_wide_select_u32(a < b, (vd_wide_u32)a, (vd_wide_u32)b);
+#endif
 }
 
 /* ---- memory ---------------------------------------------------------------------------------- */
@@ -238,13 +283,31 @@ static inline vd_wide_f32 vd_wide_lookup_f32(const float *table, vd_wide_i32 i) 
     return (vd_wide_f32)vd_wide_lookup_i32((const int32_t *)(const void *)table, i);
 }
 
-/* base[i], widened to 32 bits. The 8- and 16-bit forms may read 3 bytes behind the element. */
+/* base[i], widened to 32 bits. The 16-bit form may read 2 bytes behind the element.
+ *
+ * Bytes are inserted one by one, the indices passing through memory: on Zen 5 that is 4 % of the
+ * march faster than a gather instruction at v4 and 8 % at v3. (The empty asm keeps gcc from taking
+ * the indices out of the register instead, which costs more than loading them.) */
 static inline vd_wide_i32 vd_wide_gather_u8(const uint8_t *base, vd_wide_i32 i) {
+#if defined(__SSE4_1__)
+    int32_t at[VD_WIDE_LANES] __attribute__((aligned(sizeof(vd_wide_i32))));
+    memcpy(at, &i, sizeof at);
+    __asm__("" : "+m"(at));
+    __m128i part[VD_WIDE_LANES / 4];
+    for (int j = 0; j < VD_WIDE_LANES / 4; j++) {
+        part[j] = _mm_cvtsi32_si128(base[at[4 * j]]);
+        part[j] = _mm_insert_epi8(part[j], base[at[4 * j + 1]], 1);
+        part[j] = _mm_insert_epi8(part[j], base[at[4 * j + 2]], 2);
+        part[j] = _mm_insert_epi8(part[j], base[at[4 * j + 3]], 3);
+    }
 #if defined(__AVX512F__)
-    return (vd_wide_i32)_mm512_i32gather_epi32((__m512i)i, base, 1) & 0xFF;
+    return (vd_wide_i32)_mm512_cvtepu8_epi32(_mm_unpacklo_epi64(
+        _mm_unpacklo_epi32(part[0], part[1]), _mm_unpacklo_epi32(part[2], part[3])));
 #elif defined(__AVX2__)
-    return (vd_wide_i32)_mm256_i32gather_epi32((const int *)(const void *)base, (__m256i)i, 1) &
-           0xFF;
+    return (vd_wide_i32)_mm256_cvtepu8_epi32(_mm_unpacklo_epi32(part[0], part[1]));
+#else
+    return (vd_wide_i32)_mm_cvtepu8_epi32(part[0]);
+#endif
 #else
     vd_wide_i32 v;
     for (int lane = 0; lane < VD_WIDE_LANES; lane++) {
@@ -283,19 +346,57 @@ static inline vd_wide_f32 vd_wide_gather_f32(const float *base, vd_wide_i32 i) {
 #endif
 }
 
-/* Stores the lanes of the mask one behind the other; all lanes of `to` may be written. */
+/* Stores the lanes of the mask one behind the other; as many lanes as there are may be written. */
 static inline void vd_wide_compress_i32(int32_t *to, vd_wide_mask mask, vd_wide_i32 v) {
 #if defined(__AVX512F__)
     /* To a register first: compressing to memory is microcoded on Zen 4. */
     const __m512i packed = _mm512_maskz_compress_epi32(mask, (__m512i)v);
     memcpy(to, &packed, sizeof packed);
+#elif defined(__SSE4_1__)
+    /* By fours. Without a branch: which lanes are wanted is as good as random. Row b moves the
+     * lanes of the bits of b to the front. */
+#define LANE(i) 4 * (i), 4 * (i) + 1, 4 * (i) + 2, 4 * (i) + 3
+    static const uint8_t moves[16][16] __attribute__((aligned(16))) = {
+        {LANE(0)},
+        {LANE(0)},
+        {LANE(1)},
+        {LANE(0), LANE(1)},
+        {LANE(2)},
+        {LANE(0), LANE(2)},
+        {LANE(1), LANE(2)},
+        {LANE(0), LANE(1), LANE(2)},
+        {LANE(3)},
+        {LANE(0), LANE(3)},
+        {LANE(1), LANE(3)},
+        {LANE(0), LANE(1), LANE(3)},
+        {LANE(2), LANE(3)},
+        {LANE(0), LANE(2), LANE(3)},
+        {LANE(1), LANE(2), LANE(3)},
+        {LANE(0), LANE(1), LANE(2), LANE(3)},
+    };
+#undef LANE
+    const uint32_t bits = vd_wide_bits(mask);
+    for (int i = 0; i < VD_WIDE_LANES / 4; i++) {
+        const uint32_t four = bits >> (4 * i) & 15;
+        __m128i part, move;
+        memcpy(&part, (const char *)&v + 16 * i, sizeof part);
+        memcpy(&move, moves[four], sizeof move);
+        part = _mm_shuffle_epi8(part, move);
+        memcpy(to, &part, sizeof part);
+        to += __builtin_popcount(four);
+    }
 #else
-    int32_t lanes[VD_WIDE_LANES];
-    memcpy(lanes, &v, sizeof lanes);
-    for (uint32_t bits = vd_wide_bits(mask); bits != 0; bits &= bits - 1) {
-        *to++ = lanes[__builtin_ctz(bits)];
+    for (int lane = 0; lane < VD_WIDE_LANES; lane++) {
+        if (mask[lane] != 0) {
+            *to++ = v[lane];
+        }
     }
 #endif
+}
+
+/* 2^e; −127 < e < 128. */
+static inline vd_wide_f32 vd_wide_exp2_i32(vd_wide_i32 e) {
+    return (vd_wide_f32)((e + 127) << 23);
 }
 
 #endif

@@ -24,15 +24,14 @@
  * other map cells end where the map wraps, and small maps are repeated until a side is at least
  * MIN_SIDE, so that there is something to skip. The level above all, `everything`, is the plane. */
 #define VD_MARCH_LEVELS 16
-#define VD_MARCH_FINITE 14 /* the most levels below `everything` */
+#define VD_MARCH_FINITE 15 /* the most levels below `everything` */
 
 typedef struct vd_march_map {
     _Alignas(64) int32_t offset[VD_MARCH_LEVELS];
-    int32_t lead[VD_MARCH_LEVELS];   /* rows − 1 */
-    int32_t mask_x[VD_MARCH_LEVELS]; /* of a cell's column; powers of two only */
-    int32_t mask_y[VD_MARCH_LEVELS];
-    float cell[VD_MARCH_LEVELS];    /* 2^l; 2^60 for everything */
-    float inverse[VD_MARCH_LEVELS]; /* 2^−l; 0 for everything */
+    int32_t mask_x[VD_MARCH_LEVELS]; /* columns − 1 */
+    int32_t mask_y[VD_MARCH_LEVELS]; /* rows − 1 */
+    float cell[VD_MARCH_LEVELS];     /* 2^l */
+    float inverse[VD_MARCH_LEVELS];  /* 2^−l */
     void *heights;
     vd_rgba8 *colors; /* alpha 255 */
     vd_height_type height_type;
@@ -60,7 +59,6 @@ typedef struct vd_march_scratch {
     _Alignas(64) int32_t at[VD_MARCH_BATCH + 16];   /* pixel of `tiles` */
     _Alignas(64) int32_t from[VD_MARCH_BATCH + 16]; /* index of the colour */
     _Alignas(64) float depth_of[VD_MARCH_BATCH + 16];
-    size_t count;
     uint32_t *tiles; /* [SLOTS][height][TILE]: colour of the first row of a run; 0 elsewhere */
     float *depths;   /* the same for depth, or null */
 } vd_march_scratch;

@@ -36,9 +36,9 @@ typedef struct slot {
 
 /* ---- what is found --------------------------------------------------------------------------- */
 
-static void drain(const vd_march_picture *picture, vd_march_scratch *scratch, bool deep) {
+static __attribute__((noinline)) void drain(const vd_march_picture *picture,
+                                            vd_march_scratch *scratch, size_t count, bool deep) {
     const uint32_t *colors = (const uint32_t *)(const void *)picture->map->colors;
-    const size_t count = scratch->count;
     uint32_t *tiles = scratch->tiles;
     for (size_t i = 0; i < count; i++) {
         tiles[scratch->at[i]] = colors[scratch->from[i]];
@@ -48,23 +48,22 @@ static void drain(const vd_march_picture *picture, vd_march_scratch *scratch, bo
             scratch->depths[scratch->at[i]] = scratch->depth_of[i];
         }
     }
-    scratch->count = 0;
 }
 
-VD_CLASSIC_INLINE void found(const vd_march_picture *picture, vd_march_scratch *scratch,
-                             vd_wide_mask seen, vd_wide_f32 row, vd_wide_i32 pixel,
-                             vd_wide_i32 index, vd_wide_f32 z, bool deep) {
-    if (scratch->count > VD_MARCH_BATCH - LANES) {
-        drain(picture, scratch, deep);
+VD_CLASSIC_INLINE size_t found(const vd_march_picture *picture, vd_march_scratch *scratch,
+                               size_t count, vd_wide_mask seen, vd_wide_i32 row, vd_wide_i32 pixel,
+                               vd_wide_i32 index, vd_wide_f32 z, bool deep) {
+    if (__builtin_expect(count > VD_MARCH_BATCH - LANES, 0)) {
+        drain(picture, scratch, count, deep);
+        count = 0;
     }
-    vd_wide_compress_i32(scratch->at + scratch->count, seen,
-                         pixel + vd_wide_to_i32(row) * VD_MARCH_TILE);
-    vd_wide_compress_i32(scratch->from + scratch->count, seen, index);
+    vd_wide_compress_i32(scratch->at + count, seen, pixel + row * VD_MARCH_TILE);
+    vd_wide_compress_i32(scratch->from + count, seen, index);
     if (deep) {
-        vd_wide_compress_i32((int32_t *)(void *)(scratch->depth_of + scratch->count), seen,
+        vd_wide_compress_i32((int32_t *)(void *)(scratch->depth_of + count), seen,
                              (vd_wide_i32)(picture->setup->z0 / z));
     }
-    scratch->count += (size_t)__builtin_popcount(vd_wide_bits(seen));
+    return count + (size_t)__builtin_popcount(vd_wide_bits(seen));
 }
 
 /* ---- the map --------------------------------------------------------------------------------- */
@@ -111,8 +110,9 @@ VD_CLASSIC_INLINE interval find_interval(vd_wide_f32 p, float size, float invers
 /* ---- one step -------------------------------------------------------------------------------- */
 
 /* Returns whether any lane still sees something. */
-VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *scratch, packet *p,
-                            vd_height_type type, bool power_of_two, bool deep) {
+VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *scratch,
+                            size_t *count, packet *p, vd_height_type type, bool power_of_two,
+                            bool deep) {
     const vd_classic_setup *setup = picture->setup;
     const vd_march_map *map = picture->map;
     const vd_wide_f32 k = p->k;
@@ -120,110 +120,107 @@ VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *s
     const vd_wide_f32 z = setup->z0 + k * setup->step;
     const vd_wide_f32 x = setup->eye_x + z * p->direction_x;
     const vd_wide_f32 y = setup->eye_y + z * p->direction_y;
-    const vd_wide_f32 cell = vd_wide_lookup_f32(map->cell, level);
-    const vd_wide_f32 inverse = vd_wide_lookup_f32(map->inverse, level);
+    const vd_wide_f32 cell =
+        LANES == 16 ? vd_wide_lookup_f32(map->cell, level) : vd_wide_exp2_i32(level);
+    const vd_wide_f32 inverse =
+        LANES == 16 ? vd_wide_lookup_f32(map->inverse, level) : vd_wide_exp2_i32(-level);
 
-    /* The cell, and where the column leaves it. */
-    vd_wide_f32 edge_x, edge_y, cell_x, cell_y;
+    /* The cell, and how far away its edges are. */
+    vd_wide_f32 away_x, away_y;
     vd_wide_i32 column, row;
-    interval across = {0}, along = {0};
     if (power_of_two) {
-        cell_x = vd_wide_floor_f32(x * inverse);
-        cell_y = vd_wide_floor_f32(y * inverse);
-        edge_x = (cell_x + p->forward_x) * cell;
-        edge_y = (cell_y + p->forward_y) * cell;
+        const vd_wide_f32 cell_x = vd_wide_floor_f32(x * inverse);
+        const vd_wide_f32 cell_y = vd_wide_floor_f32(y * inverse);
+        away_x =
+            vd_wide_estimate_f32(cell_x + p->forward_x, cell, vd_wide_splat_f32(-setup->eye_x));
+        away_y =
+            vd_wide_estimate_f32(cell_y + p->forward_y, cell, vd_wide_splat_f32(-setup->eye_y));
         column = vd_wide_to_i32(cell_x);
         row = vd_wide_to_i32(cell_y);
     } else {
-        across = find_interval(x, (float)map->width, 1.0f / (float)map->width, cell, inverse);
-        along = find_interval(y, (float)map->height, 1.0f / (float)map->height, cell, inverse);
-        edge_x = across.low + p->forward_x * (across.high - across.low);
-        edge_y = along.low + p->forward_y * (along.high - along.low);
+        const interval across =
+            find_interval(x, (float)map->width, 1.0f / (float)map->width, cell, inverse);
+        const interval along =
+            find_interval(y, (float)map->height, 1.0f / (float)map->height, cell, inverse);
+        away_x = across.low + p->forward_x * (across.high - across.low) - setup->eye_x;
+        away_y = along.low + p->forward_y * (along.high - along.low) - setup->eye_y;
         column = across.cell;
         row = along.cell;
     }
-    const vd_wide_f32 k_x = (edge_x - setup->eye_x) * p->slices_x + p->begin_x;
-    const vd_wide_f32 k_y = (edge_y - setup->eye_y) * p->slices_y + p->begin_y;
+    const vd_wide_f32 k_x = vd_wide_estimate_f32(away_x, p->slices_x, p->begin_x);
+    const vd_wide_f32 k_y = vd_wide_estimate_f32(away_y, p->slices_y, p->begin_y);
     const vd_wide_i32 up =
         vd_wide_blend_i32(vd_wide_less_f32(k_x, k_y), column ^ p->flip_x, row ^ p->flip_y) & 1;
-
-    if (power_of_two) {
-        column &= vd_wide_lookup_i32(map->mask_x, level);
-        row &= vd_wide_lookup_i32(map->mask_y, level);
+    vd_wide_i32 lead;
+    if (power_of_two && LANES == 8) {
+        const vd_wide_i32 mask_x = vd_wide_splat_i32(map->mask_x[0]) >> level;
+        lead = vd_wide_splat_i32(map->mask_y[0]) >> level;
+        column &= mask_x;
+        row &= lead;
+    } else {
+        const vd_wide_i32 mask_x = vd_wide_lookup_i32(map->mask_x, level);
+        lead = vd_wide_lookup_i32(map->mask_y, level);
+        column = power_of_two ? column & mask_x : vd_wide_min_i32(column, mask_x);
+        row = power_of_two ? row & lead : vd_wide_min_i32(row, lead);
     }
-    const vd_wide_i32 index = vd_wide_lookup_i32(map->offset, level) + column + (row << 3) +
-                              (column & ~7) * vd_wide_lookup_i32(map->lead, level);
+    const vd_wide_i32 index =
+        vd_wide_lookup_i32(map->offset, level) + column + (row << 3) + (column & ~7) * lead;
     const vd_wide_f32 height = gather_height(map, index, type);
 
-    /* The last slice that is surely in the cell: an estimate, verified by the exact formula. */
-    vd_wide_f32 end = vd_wide_floor_f32(vd_wide_min_f32(k_x, k_y));
+    /* The last slice that is surely in the cell. */
     const vd_wide_mask leaf = vd_wide_equal_i32(level, vd_wide_splat_i32(0));
-    const vd_wide_mask all = vd_wide_equal_i32(level, vd_wide_splat_i32(map->everything));
+    const vd_wide_i32 everything = vd_wide_splat_i32(map->everything);
     const vd_wide_f32 last = vd_wide_splat_f32(picture->last);
-    end = vd_wide_blend_f32(all, last, vd_wide_min_f32(vd_wide_max_f32(end, k), last));
-    vd_wide_f32 z_end = setup->z0 + end * setup->step;
-    const vd_wide_f32 x_end = setup->eye_x + z_end * p->direction_x;
-    const vd_wide_f32 y_end = setup->eye_y + z_end * p->direction_y;
-    vd_wide_mask inside;
-    if (power_of_two) {
-        inside = vd_wide_equal_f32(vd_wide_floor_f32(x_end * inverse), cell_x) &
-                 vd_wide_equal_f32(vd_wide_floor_f32(y_end * inverse), cell_y);
-    } else {
-        inside = (vd_wide_not(vd_wide_less_f32(x_end, across.low)) &
-                  vd_wide_less_f32(x_end, across.high) &
-                  vd_wide_not(vd_wide_less_f32(y_end, along.low)) &
-                  vd_wide_less_f32(y_end, along.high)) |
-                 all;
-    }
+    vd_wide_f32 end = vd_wide_max_f32(vd_wide_floor_f32(vd_wide_min_f32(k_x, k_y)), k);
+    end = vd_wide_blend_f32(vd_wide_equal_i32(level, everything), last, vd_wide_min_f32(end, last));
     if (deep) {
-        inside = inside & vd_wide_not(leaf);
+        end = vd_wide_blend_f32(leaf, k, end);
     }
-    end = vd_wide_blend_f32(inside, end, k);
-    z_end = vd_wide_blend_f32(inside, z_end, z);
 
     /* The highest row that anything in the cell reaches on the way through it. */
     const vd_wide_f32 below = setup->eye_height - height;
-    const vd_wide_f32 z_worst =
-        vd_wide_blend_f32(vd_wide_less_f32(below, vd_wide_splat_f32(0.0f)), z, z_end);
+    const vd_wide_f32 k_worst =
+        vd_wide_blend_f32(vd_wide_less_f32(below, vd_wide_splat_f32(0.0f)), k, end);
+    const vd_wide_f32 z_worst = setup->z0 + k_worst * setup->step;
     const vd_wide_f32 top = below * (setup->scale / z_worst) + setup->horizon;
     const vd_wide_mask visible = vd_wide_less_f32(top, p->hidden);
     const vd_wide_mask seen = visible & leaf;
     const vd_wide_mask down = visible & vd_wide_not(leaf);
-
     VD_MARCH_SKIPPED(setup, p, end, vd_wide_bits(vd_wide_not(visible)));
 
+    const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
     vd_wide_f32 hidden = p->hidden;
-    if (vd_wide_bits(seen) != 0) {
-        const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
-        const vd_wide_f32 first = __builtin_convertvector(
-            vd_wide_to_i32(vd_wide_max_f32(vd_wide_blend_f32(seen, top, zero), zero)), vd_wide_f32);
-        found(picture, scratch, seen, first, p->pixel, index, z_worst, deep);
-        hidden = vd_wide_blend_f32(seen, first, hidden);
+    if (LANES >= 8 || vd_wide_bits(seen) != 0) {
+        const vd_wide_i32 first = vd_wide_to_i32(vd_wide_max_f32(top, zero));
+        *count = found(picture, scratch, *count, seen, first, p->pixel, index, z_worst, deep);
+        hidden = vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), hidden);
     }
-    const vd_wide_f32 next = vd_wide_blend_f32(down, k, end + 1.0f);
-    const vd_wide_f32 past = vd_wide_splat_f32(picture->last + 1.0f);
-    const vd_wide_mask going =
-        vd_wide_less_f32(next, past) & vd_wide_less_f32(vd_wide_splat_f32(0.0f), hidden);
-    p->k = vd_wide_min_f32(next, past);
-    p->hidden = vd_wide_blend_f32(going, hidden, vd_wide_splat_f32(-INFINITY));
+    const vd_wide_mask going = vd_wide_less_f32(end, last) & vd_wide_less_f32(zero, hidden);
+    p->k = vd_wide_blend_f32(down, k, end + 1.0f);
+    p->hidden = vd_wide_blend_f32(going | down, hidden, vd_wide_splat_f32(-INFINITY));
     /* Up only where the parent ends too: on the way through it, it has been seen to be too high. */
-    vd_wide_i32 to = level + vd_wide_blend_i32(visible, vd_wide_splat_i32(0), up);
-    to -= vd_wide_blend_i32(down, vd_wide_splat_i32(1), vd_wide_splat_i32(0));
-    p->level = vd_wide_blend_i32(
-        all, level - vd_wide_blend_i32(down, vd_wide_splat_i32(1), vd_wide_splat_i32(0)), to);
-    return vd_wide_bits(going) != 0;
+    p->level = vd_wide_min_i32(
+        vd_wide_add_where_i32(down, vd_wide_add_where_i32(vd_wide_not(visible), level, up),
+                              vd_wide_splat_i32(-1)),
+        everything);
+    return vd_wide_bits(going | down) != 0;
 }
 
 /* ---- tiles ----------------------------------------------------------------------------------- */
 
-VD_CLASSIC_INLINE void begin_axis(const vd_classic_setup *setup, float direction, float eye,
+VD_CLASSIC_INLINE void begin_axis(const vd_march_picture *picture, float direction, float eye,
                                   float *slices, float *begin) {
-    const double step = setup->step, d = direction;
-    double per_sample = d == 0.0 ? 0.0 : 1.0 / (d * step);
-    bool never = !(fabs(per_sample) < 1e15) || d == 0.0;
-    const double unsure = 0x1p-23 * fabs((double)eye) * fabs(per_sample);
-    *slices = never ? 0.0f : (float)(per_sample * (1.0 - 0x1p-21));
-    *begin = never ? 1e30f : (float)(-(double)setup->z0 / step - unsure - 0.001);
+    const vd_classic_setup *setup = picture->setup;
+    const float z_last = setup->z0 + picture->last * setup->step;
+    if (floorf(eye + setup->z0 * direction) == floorf(eye + z_last * direction)) {
+        *slices = 0.0f;
+        *begin = 1e30f;
+        return;
+    }
+    const double per_sample = 1.0 / ((double)direction * setup->step);
+    const double unsure = 0x1p-22 * fabs((double)eye) * fabs(per_sample);
+    *slices = (float)(per_sample * (1.0 - 0x1p-20));
+    *begin = (float)(-(double)setup->z0 / setup->step - unsure);
 }
 
 static void begin_packet(const vd_march_picture *picture, int slot_number, int tile, int group,
@@ -238,10 +235,10 @@ static void begin_packet(const vd_march_picture *picture, int slot_number, int t
         float slices, begin;
         p->direction_x[lane] = x;
         p->direction_y[lane] = y;
-        begin_axis(setup, x, setup->eye_x, &slices, &begin);
+        begin_axis(picture, x, setup->eye_x, &slices, &begin);
         p->slices_x[lane] = slices;
         p->begin_x[lane] = begin;
-        begin_axis(setup, y, setup->eye_y, &slices, &begin);
+        begin_axis(picture, y, setup->eye_y, &slices, &begin);
         p->slices_y[lane] = slices;
         p->begin_y[lane] = begin;
         p->forward_x[lane] = x > 0.0f ? 1.0f : 0.0f;
@@ -340,6 +337,7 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
     for (int i = 0; i < SLOTS; i++) {
         begin_slot(picture, slots, i);
     }
+    size_t count = 0;
     bool working = true;
     for (uint32_t steps = 1; working; steps++) {
         working = false;
@@ -352,20 +350,21 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
             uint32_t alive = 0;
             for (int group = 0; group < GROUPS; group++) {
                 if ((s->alive >> group & 1) != 0 &&
-                    step(picture, scratch, &s->packets[group], type, power_of_two, deep)) {
+                    step(picture, scratch, &count, &s->packets[group], type, power_of_two, deep)) {
                     alive |= 1u << group;
                 }
             }
             s->alive = alive;
             if (alive == 0) {
-                drain(picture, scratch, deep);
+                drain(picture, scratch, count, deep);
+                count = 0;
                 flush(picture, scratch, i, s->tile);
                 begin_slot(picture, slots, i);
             }
         }
         if (steps % POLL_STEPS == 0 && vd_job_stopped(picture->setup->job)) {
             atomic_store(&picture->interrupted, true);
-            drain(picture, scratch, deep);
+            drain(picture, scratch, count, deep);
             memset(scratch->tiles, 0,
                    sizeof *scratch->tiles * SLOTS * VD_MARCH_TILE *
                        (size_t)picture->setup->frame->height);
@@ -387,7 +386,9 @@ VD_CLASSIC_INLINE bool sweep_tile(vd_march_picture *picture, vd_march_scratch *s
     const float nearest_top = above * picture->slice_rise[setup->slice_count - 1] + setup->horizon;
     const vd_wide_i32 column_mask = vd_wide_splat_i32(map->mask_x[0]);
     const vd_wide_i32 row_mask = vd_wide_splat_i32(map->mask_y[0]);
-    const int32_t lead = map->lead[0];
+    const int32_t lead = map->mask_y[0];
+    size_t count = 0;
+    bool finished = true;
     for (uint32_t k = 0; k < setup->slice_count; k++) {
         const float z = picture->slice_z[k], rise = picture->slice_rise[k];
         if (k % 8 == 0) {
@@ -398,10 +399,11 @@ VD_CLASSIC_INLINE bool sweep_tile(vd_march_picture *picture, vd_march_scratch *s
                     vd_wide_bits(vd_wide_less_f32(vd_wide_splat_f32(top), packets[group].hidden));
             }
             if (alive == 0) {
-                return true;
+                break;
             }
             if (k % POLL_STEPS == 0 && vd_job_stopped(setup->job)) {
-                return false;
+                finished = false;
+                break;
             }
         }
         for (int group = 0; group < GROUPS; group++) {
@@ -424,16 +426,18 @@ VD_CLASSIC_INLINE bool sweep_tile(vd_march_picture *picture, vd_march_scratch *s
                 continue;
             }
             const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
-            const vd_wide_f32 first = __builtin_convertvector(
-                vd_wide_to_i32(vd_wide_max_f32(vd_wide_blend_f32(seen, top, zero), zero)),
-                vd_wide_f32);
-            found(picture, scratch, seen, first, p->pixel, index, vd_wide_splat_f32(z), deep);
-            const vd_wide_f32 hidden = vd_wide_blend_f32(seen, first, p->hidden);
+            const vd_wide_i32 first =
+                vd_wide_to_i32(vd_wide_max_f32(vd_wide_blend_f32(seen, top, zero), zero));
+            count = found(picture, scratch, count, seen, first, p->pixel, index,
+                          vd_wide_splat_f32(z), deep);
+            const vd_wide_f32 hidden =
+                vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), p->hidden);
             p->hidden = vd_wide_blend_f32(vd_wide_less_f32(zero, hidden), hidden,
                                           vd_wide_splat_f32(-INFINITY));
         }
     }
-    return true;
+    drain(picture, scratch, count, deep);
+    return finished;
 }
 
 VD_CLASSIC_INLINE void sweep(vd_march_picture *picture, vd_march_scratch *scratch,
@@ -446,7 +450,6 @@ VD_CLASSIC_INLINE void sweep(vd_march_picture *picture, vd_march_scratch *scratc
         if (!sweep_tile(picture, scratch, packets, type, power_of_two, deep)) {
             atomic_store(&picture->interrupted, true);
         }
-        drain(picture, scratch, deep);
         flush(picture, scratch, 0, tile);
     }
 }

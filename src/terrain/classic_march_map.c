@@ -29,7 +29,7 @@ static size_t strip_samples(int columns, int rows) {
 
 static size_t index_of(const vd_march_map *map, int level, int column, int row) {
     return (size_t)map->offset[level] + (size_t)column + 8 * (size_t)row +
-           (size_t)(column & ~7) * (size_t)map->lead[level];
+           (size_t)(column & ~7) * (size_t)map->mask_y[level];
 }
 
 /* Sets the levels' tables; returns the number of samples of all levels. */
@@ -50,7 +50,6 @@ static size_t lay_out(vd_march_map *map) {
         } else {
             map->offset[level] = map->offset[last];
         }
-        map->lead[level] = rows - 1;
         map->mask_x[level] = columns - 1;
         map->mask_y[level] = rows - 1;
         map->cell[level] = (float)(1 << level);
@@ -58,9 +57,9 @@ static size_t lay_out(vd_march_map *map) {
     }
     map->everything = level;
     map->offset[level] = (int32_t)samples;
-    map->lead[level] = map->mask_x[level] = map->mask_y[level] = 0;
-    map->cell[level] = 0x1p60f;
-    map->inverse[level] = 0.0f;
+    map->mask_x[level] = map->mask_y[level] = 0;
+    map->cell[level] = (float)(1 << level);
+    map->inverse[level] = 1.0f / (float)(1 << level);
     return samples + 8;
 }
 
