@@ -394,6 +394,26 @@ static inline void vd_wide_compress_i32(int32_t *to, vd_wide_mask mask, vd_wide_
 #endif
 }
 
+/* Stores past the caches; `to` at a multiple of the vector's size. vd_wide_fence before another
+ * thread may look. */
+static inline void vd_wide_stream_i32(void *to, vd_wide_i32 v) {
+#if defined(__AVX512F__)
+    _mm512_stream_si512(to, (__m512i)v);
+#elif defined(__AVX2__)
+    _mm256_stream_si256(to, (__m256i)v);
+#elif defined(__SSE4_1__)
+    _mm_stream_si128(to, (__m128i)v);
+#else
+    memcpy(to, &v, sizeof v);
+#endif
+}
+
+static inline void vd_wide_fence(void) {
+#if defined(__SSE4_1__)
+    _mm_sfence();
+#endif
+}
+
 /* 2^e; −127 < e < 128. */
 static inline vd_wide_f32 vd_wide_exp2_i32(vd_wide_i32 e) {
     return (vd_wide_f32)((e + 127) << 23);
