@@ -179,22 +179,22 @@ VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *s
 
     /* The highest row that anything in the cell reaches on the way through it. */
     const vd_wide_f32 below = setup->eye_height - height;
-    const vd_wide_f32 k_worst =
-        vd_wide_blend_f32(vd_wide_less_f32(below, vd_wide_splat_f32(0.0f)), k, end);
-    const vd_wide_f32 z_worst = setup->z0 + k_worst * setup->step;
-    const vd_wide_f32 top = below * (setup->scale / z_worst) + setup->horizon;
+    const vd_wide_f32 z_end = setup->z0 + end * setup->step;
+    const vd_wide_f32 rise_here = setup->scale / z, rise_end = setup->scale / z_end;
+    const vd_wide_mask under = vd_wide_less_f32(below, vd_wide_splat_f32(0.0f));
+    const vd_wide_f32 rise = vd_wide_blend_f32(under, rise_here, rise_end);
+    const vd_wide_f32 z_worst = vd_wide_blend_f32(under, z, z_end);
+    const vd_wide_f32 top = below * rise + setup->horizon;
     const vd_wide_mask visible = vd_wide_less_f32(top, p->hidden);
     const vd_wide_mask seen = visible & leaf;
     const vd_wide_mask down = visible & vd_wide_not(leaf);
     VD_MARCH_SKIPPED(setup, p, end, vd_wide_bits(vd_wide_not(visible)));
 
     const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
-    vd_wide_f32 hidden = p->hidden;
-    if (LANES >= 8 || vd_wide_bits(seen) != 0) {
-        const vd_wide_i32 first = vd_wide_to_i32(vd_wide_max_f32(top, zero));
-        *count = found(picture, scratch, *count, seen, first, p->pixel, index, z_worst, deep);
-        hidden = vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), hidden);
-    }
+    const vd_wide_i32 first = vd_wide_to_i32(vd_wide_max_f32(top, zero));
+    *count = found(picture, scratch, *count, seen, first, p->pixel, index, z_worst, deep);
+    const vd_wide_f32 hidden =
+        vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), p->hidden);
     const vd_wide_mask going = vd_wide_less_f32(end, last) & vd_wide_less_f32(zero, hidden);
     p->k = vd_wide_blend_f32(down, k, end + 1.0f);
     p->hidden = vd_wide_blend_f32(going | down, hidden, vd_wide_splat_f32(-INFINITY));
