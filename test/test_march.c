@@ -138,6 +138,12 @@ static vd_classic_def random_camera(uint64_t *random, const vd_heightfield *map,
     if (test_random(random) % 40 == 0) {
         def.x *= 1e8;
     }
+    if (test_random(random) % 20 == 0) { /* next to the map's corner, along its edges */
+        static const double tiny[] = {0.0, 1e-42, -1e-42, 1e-30, -1e-12, -1e-7, 1e-7};
+        def.x = pick(random, tiny, 7);
+        def.y = pick(random, tiny, 7);
+        def.yaw_rad = pick(random, turns, 4);
+    }
     return def;
 }
 

@@ -96,8 +96,9 @@ VD_API void vd_classic_renderer_destroy(vd_classic_renderer **renderer);
 /* Draws as vd_classic_render does, the same bytes in every case. Allocates only when a picture is
  * larger, or has more slices of a growing schedule, than any before. One thread at a time. Pictures
  * that the march does not take are drawn by VD_CLASSIC_COLUMNS: scale not above 0, rises scale / z
- * outside float's normal range, positions 2^22 samples or more from the origin, more than 2^23
- * slices of a constant schedule or 2^20 of a growing one.
+ * outside float's normal range, positions 2^22 samples or more from the origin, coordinates and
+ * directions below 2^−60 but not 0, z0 below 2^−20, more than 2^23 slices of a constant schedule or
+ * 2^20 of a growing one.
  * Returns what vd_classic_render does. */
 VD_API VD_MUST_USE vd_status vd_classic_renderer_draw(vd_classic_renderer *renderer, vd_job *job,
                                                       const vd_classic_def *def, vd_frame *frame);

@@ -5,8 +5,10 @@
  *     else                 ──► march    cells of the pyramid (classic_march.inl)
  *     out of safe range    ──► columns  classic_columns.c
  *
- * Safe is what both kernels can compute in float without saturating or rounding a whole number:
- * map positions below 2^22, slice numbers below 2^23, rises in float's normal range.
+ * Safe is what both kernels can compute in float without saturating, rounding a whole number or
+ * losing small bits: map positions below 2^22, slice numbers below 2^23, rises in float's normal
+ * range, nothing but 0 that is tiny: positions are sums of numbers that are 0 or at least 2^−80, so
+ * they are multiples of 2^−104, and 2^−15 of one is still a normal float.
  */
 #include <float.h>
 #include <math.h>
@@ -15,6 +17,8 @@
 #include "terrain/classic_march.h"
 
 #define MAX_POSITION 0x1p22
+#define MIN_NUMBER 0x1p-60
+#define MIN_Z0 0x1p-20
 #define MAX_SLICES (1u << 23)
 #define MAX_SWEEP_SLICES (1u << 20)
 
@@ -187,23 +191,26 @@ static double farthest(const vd_classic_setup *setup, const vd_classic_def *def)
     return setup->z0 + (float)(setup->slice_count - 1) * setup->step;
 }
 
+static bool is_tiny(double v) {
+    return v != 0.0 && fabs(v) < MIN_NUMBER;
+}
+
 static bool is_safe(const vd_classic_setup *setup, const vd_classic_def *def) {
-    if (setup->slice_count == 0) {
-        return true;
-    }
     if (setup->slice_count > (is_sweep(setup) ? MAX_SWEEP_SLICES : MAX_SLICES)) {
         return false;
     }
     double z = farthest(setup, def), reach = 0.0;
+    bool tiny = setup->z0 < MIN_Z0 || is_tiny(setup->eye_x) || is_tiny(setup->eye_y);
     for (int i = 0; i < setup->frame->width; i++) {
         double x = fabs((double)setup->direction_x[i]), y = fabs((double)setup->direction_y[i]);
+        tiny = tiny || is_tiny(x) || is_tiny(y);
         reach = reach < x ? x : reach;
         reach = reach < y ? y : reach;
     }
     double eye_x = fabs((double)setup->eye_x), eye_y = fabs((double)setup->eye_y);
     double position = (eye_x < eye_y ? eye_y : eye_x) + reach * z;
     float nearest = setup->scale / setup->z0, least = setup->scale / (float)z;
-    return position < MAX_POSITION && nearest <= FLT_MAX && least >= FLT_MIN;
+    return !tiny && position < MAX_POSITION && nearest <= FLT_MAX && least >= FLT_MIN;
 }
 
 static void list_slices(const vd_classic_setup *setup, float *z, float *rise) {
