@@ -22,6 +22,9 @@
 #define MAX_SLICES (1u << 23)
 #define MAX_SWEEP_SLICES (1u << 20)
 
+/* Heights of a map, maxima included, that are fetched ahead: more than a second cache holds. */
+#define AHEAD_MAP_BYTES ((size_t)4 << 20)
+
 /* Below this many slices a constant schedule is swept. */
 #define FEW_SLICES 256
 
@@ -252,8 +255,10 @@ static vd_status draw(vd_classic_renderer *renderer, const vd_classic_setup *set
                     .workers = renderer->workers,
                     .tiles = tiles,
                     .last = (float)(setup->slice_count - 1)},
-        .kernel = sweeps ? kernels->sweep[map->height_type][map->power_of_two][deep]
-                         : kernels->march[map->height_type][map->power_of_two][deep],
+        .kernel = (sweeps ? kernels->sweep
+                   : map->bytes > AHEAD_MAP_BYTES
+                       ? kernels->ahead
+                       : kernels->march)[map->height_type][map->power_of_two][deep],
     };
     int workers = renderer->threads < tiles ? renderer->threads : tiles;
     status = vd_parallel_for(renderer->context, setup->job, workers, work, &c);

@@ -33,6 +33,7 @@ typedef struct vd_march_map {
     float cell[VD_MARCH_LEVELS];     /* 2^l */
     float inverse[VD_MARCH_LEVELS];  /* 2^−l */
     void *heights;
+    size_t bytes;     /* of heights, with the maxima */
     vd_rgba8 *colors; /* alpha 255 */
     vd_height_type height_type;
     int width, height; /* of what may be the map repeated */
@@ -50,7 +51,7 @@ void vd_march_map_finish(vd_context *context, vd_march_map *map);
 /* ---- a picture -------------------------------------------------------------------------------
  * Tiles are 16 columns of the picture, whatever the SIMD level: a row of one is a cache line. */
 #define VD_MARCH_TILE VD_CLASSIC_BLOCK
-#define VD_MARCH_SLOTS 4 /* tiles that a worker has in hand at once, at most */
+#define VD_MARCH_SLOTS 8 /* tiles that a worker has in hand at once, at most */
 #define VD_MARCH_BATCH 1024
 
 /* What a sample adds to a tile. Colours are fetched a batch at a time, when the loads of many
@@ -81,6 +82,7 @@ typedef void vd_kernel_march(vd_march_picture *picture, vd_march_scratch *scratc
 typedef struct vd_march_kernels {
     /* by height type; by whether the map's sides are powers of two; by whether depth is wanted */
     vd_kernel_march *march[VD_HEIGHT_TYPE_COUNT][2][2];
+    vd_kernel_march *ahead[VD_HEIGHT_TYPE_COUNT][2][2]; /* the march for maps beyond the caches */
     vd_kernel_march *sweep[VD_HEIGHT_TYPE_COUNT][2][2];
 } vd_march_kernels;
 

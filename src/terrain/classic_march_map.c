@@ -138,6 +138,7 @@ vd_status vd_march_map_init(vd_context *context, const vd_heightfield *from, vd_
     map.width = map.power_of_two ? from->width : repeated(from->width);
     map.height = map.power_of_two ? from->height : repeated(from->height);
     size_t bytes = lay_out(&map) * vd_height_bytes(from->height_type) + OVERREAD;
+    map.bytes = bytes;
     size_t colors = strip_samples(map.width, map.height);
     map.heights = vd_allocate_zero(context, bytes, 1);
     map.colors = vd_allocate_zero(context, colors, sizeof *map.colors);
