@@ -206,9 +206,7 @@ static int make_crew(crew_member *members) {
             crew_member *m = &members[count++];
             m->context = test_context(threads[t], (vd_isa)isa);
             m->renderer = NULL;
-            m->ahead = *(isa == VD_ISA_V4   ? &vd_march_kernels_v4
-                         : isa == VD_ISA_V3 ? &vd_march_kernels_v3
-                                            : &vd_march_kernels_v2);
+            m->ahead = *vd_march_kernels_for((vd_isa)isa);
             memcpy(m->ahead.march, m->ahead.ahead, sizeof m->ahead.march);
             snprintf(m->name, sizeof m->name, "%s, %d threads", vd_isa_name((vd_isa)isa),
                      threads[t]);

@@ -40,7 +40,7 @@ struct vd_classic_renderer {
     float *slice_z, *slice_rise;                       /* [slices] */
 };
 
-static const vd_march_kernels *kernels_for(vd_isa isa) {
+const vd_march_kernels *vd_march_kernels_for(vd_isa isa) {
 #if defined(__x86_64__)
     return isa == VD_ISA_V4   ? &vd_march_kernels_v4
            : isa == VD_ISA_V3 ? &vd_march_kernels_v3
@@ -58,7 +58,7 @@ static vd_status create(vd_context *context, const vd_heightfield *map, vd_class
     }
     renderer->context = context;
     renderer->heightfield = map;
-    renderer->kernels = kernels_for(vd_context_isa(context));
+    renderer->kernels = vd_march_kernels_for(vd_context_isa(context));
     renderer->threads = vd_context_threads(context);
     size_t threads = (size_t)renderer->threads;
     renderer->workers = vd_allocate_zero(context, threads, sizeof *renderer->workers);

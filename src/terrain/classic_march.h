@@ -93,4 +93,7 @@ extern const vd_march_kernels vd_march_kernels_v2;
 extern const vd_march_kernels vd_march_kernels_v3;
 extern const vd_march_kernels vd_march_kernels_v4;
 
+/* Returns the table of a level (VD_ISA_V2 … VD_ISA_V4). */
+const vd_march_kernels *vd_march_kernels_for(vd_isa isa);
+
 #endif
