@@ -1,4 +1,4 @@
-/* classic_internal.h: what the four methods of the classic picture share.
+/* classic_internal.h: what the methods of the classic picture share.
  *
  * The definition is in <veduta/classic.h>. Here it is cut into the pieces that every method puts
  * together in its own order: the walk through the slices, the cell under a sample point, the row it

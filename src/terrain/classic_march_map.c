@@ -71,8 +71,9 @@ static size_t lay_out(vd_march_map *map) {
         const type *rows = vd_heightfield_level_data(from, 0);                                     \
         for (int row = 0; row < map->height; row++) {                                              \
             const type *in = rows + (size_t)(row % from->height) * from->levels[0].stride;         \
-            for (int column = 0; column < map->width; column++) {                                  \
-                heights[index_of(map, 0, column, row)] = in[column % from->width];                 \
+            for (int column = 0, source = 0; column < map->width; column++) {                      \
+                heights[index_of(map, 0, column, row)] = in[source];                               \
+                source = source + 1 == from->width ? 0 : source + 1;                               \
             }                                                                                      \
         }                                                                                          \
     }                                                                                              \
@@ -120,10 +121,11 @@ static void copy_colors(vd_march_map *map, const vd_heightfield *from) {
     const vd_rgba8 *colors = vd_heightfield_colors(from);
     for (int row = 0; row < map->height; row++) {
         const vd_rgba8 *in = colors + (size_t)(row % from->height) * from->color_stride;
-        for (int column = 0; column < map->width; column++) {
-            vd_rgba8 color = in[column % from->width];
+        for (int column = 0, source = 0; column < map->width; column++) {
+            vd_rgba8 color = in[source];
             color.a = 255;
             map->colors[index_of(map, 0, column, row)] = color;
+            source = source + 1 == from->width ? 0 : source + 1;
         }
     }
 }
