@@ -32,10 +32,11 @@ typedef enum vd_classic_method {
     VD_CLASSIC_SLICES,        /* parallel inside each slice: the published OpenMP version */
     VD_CLASSIC_COLUMNS,       /* parallel over columns */
     VD_CLASSIC_SCAN,          /* data-parallel: occlude scan, scatter, fill scan per column */
+    VD_CLASSIC_MARCH,         /* cost follows what is seen: a vd_classic_renderer for one picture */
     VD_CLASSIC_METHOD_COUNT
 } vd_classic_method;
 
-/* Returns "reference", "slices", "columns" or "scan". */
+/* Returns "reference", "slices", "columns", "scan" or "march". */
 VD_API const char *vd_classic_method_name(vd_classic_method method);
 
 typedef struct vd_classic_def {
@@ -80,6 +81,31 @@ VD_API VD_MUST_USE vd_status vd_classic_render(vd_context *context, vd_job *job,
                                                const vd_heightfield *map, const vd_classic_def *def,
                                                vd_classic_method method, vd_frame *frame,
                                                vd_classic_counts *counts);
+
+/* Draws many pictures of one map by the method "march": what it derives from the map (about as
+ * many bytes as the map's heights and colours and a third of the heights again) and its scratch
+ * memory are kept from picture to picture. */
+typedef struct vd_classic_renderer vd_classic_renderer;
+
+/* Creates a renderer; *out is owned by the caller. The map must wrap, have colours of its own size,
+ * and outlive the renderer unchanged. Cost: a few passes over the map.
+ * Returns VD_ERROR_ARGUMENT or VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_classic_renderer_create(vd_context *context,
+                                                        const vd_heightfield *map,
+                                                        vd_classic_renderer **out);
+
+/* Ends a renderer and sets *renderer to null. Null is accepted. */
+VD_API void vd_classic_renderer_destroy(vd_classic_renderer **renderer);
+
+/* Draws as vd_classic_render does, the same bytes in every case. Allocates only when a picture is
+ * larger, or has more slices of a growing schedule, than any before. One thread at a time. Pictures
+ * that the march does not take are drawn by VD_CLASSIC_COLUMNS: scale not above 0, rises scale / z
+ * outside float's normal range, positions 2^22 samples or more from the origin, coordinates and
+ * directions below 2^−60 but not 0, z0 below 2^−20, more than 2^23 slices of a constant schedule or
+ * 2^20 of a growing one.
+ * Returns what vd_classic_render does. */
+VD_API VD_MUST_USE vd_status vd_classic_renderer_draw(vd_classic_renderer *renderer, vd_job *job,
+                                                      const vd_classic_def *def, vd_frame *frame);
 
 /* Returns the camera whose lens sees what the classic picture shows, in a world whose x is the
  * column and whose y is minus the row, in samples. */

@@ -17,6 +17,7 @@ static const struct {
     [VD_CLASSIC_SLICES] = {"slices", vd_classic_draw_slices},
     [VD_CLASSIC_COLUMNS] = {"columns", vd_classic_draw_columns},
     [VD_CLASSIC_SCAN] = {"scan", vd_classic_draw_scan},
+    [VD_CLASSIC_MARCH] = {"march", NULL}, /* a renderer of its own */
 };
 
 const char *vd_classic_method_name(vd_classic_method method) {
@@ -166,7 +167,7 @@ uint64_t vd_classic_slice_count(const vd_classic_def *def) {
 
 /* ---- setting up ------------------------------------------------------------------------------ */
 
-static vd_status check_map(const vd_heightfield *map) {
+vd_status vd_classic_check_map(const vd_heightfield *map) {
     if (!map->wraps) {
         return vd_failure(VD_ERROR_ARGUMENT, "classic: the map ends at its edge; build it with "
                                              "vd_heightfield_def.wraps set");
@@ -205,7 +206,13 @@ static void set_directions(const vd_classic_def *def, int width, float *x, float
     }
 }
 
-static void clear_frame(vd_frame *frame, vd_rgba8 background) {
+void vd_classic_set_objects(vd_frame *frame) {
+    frame->object_ids[0] = 0;
+    frame->object_ids[1] = 1;
+    frame->object_count = 2;
+}
+
+void vd_classic_clear(vd_frame *frame, vd_rgba8 background) {
     background.a = 255;
     for (int row = 0; row < frame->height; row++) {
         size_t first = (size_t)row * frame->stride;
@@ -220,16 +227,20 @@ static void clear_frame(vd_frame *frame, vd_rgba8 background) {
             memset(frame->id + first, 0, (size_t)frame->width * sizeof *frame->id);
         }
     }
-    frame->object_ids[0] = 0;
-    frame->object_ids[1] = 1;
-    frame->object_count = 2;
+    vd_classic_set_objects(frame);
 }
 
-static vd_classic_setup make_setup(vd_context *context, vd_job *job, const vd_heightfield *map,
-                                   const vd_classic_def *def, uint64_t slices, vd_frame *frame) {
+vd_classic_setup vd_classic_make_setup(vd_context *context, vd_job *job, const vd_heightfield *map,
+                                       const vd_classic_def *def, uint64_t slices, vd_frame *frame,
+                                       float *directions) {
+    size_t width = (size_t)frame->width;
+    vd_rgba8 background = def->background;
+    background.a = 255;
+    set_directions(def, frame->width, directions, directions + width);
     vd_classic_setup setup = {
         .context = context,
         .job = job,
+        .map = map,
         .frame = frame,
         .height_type = (vd_height_type)map->height_type,
         .heights = vd_heightfield_level_data(map, 0),
@@ -240,6 +251,8 @@ static vd_classic_setup make_setup(vd_context *context, vd_job *job, const vd_he
         .map_height = map->height,
         .x_mask = mask_of(map->width),
         .y_mask = mask_of(map->height),
+        .direction_x = directions,
+        .direction_y = directions + width,
         .eye_x = (float)def->x,
         .eye_y = (float)def->y,
         .eye_height = (float)def->height,
@@ -252,39 +265,54 @@ static vd_classic_setup make_setup(vd_context *context, vd_job *job, const vd_he
         .growth = def->growth,
         .slice_count = (uint32_t)slices,
     };
+    memcpy(&setup.background, &background, sizeof background);
     return setup;
+}
+
+vd_status vd_classic_check(vd_context *context, const vd_heightfield *map,
+                           const vd_classic_def *def, const vd_frame *frame, uint64_t *slices) {
+    if (context == NULL || map == NULL || def == NULL || frame == NULL) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "classic: vd_classic_render needs a context, a map, a def and a frame");
+    }
+    vd_status status = vd_classic_check_map(map);
+    return status.code == VD_OK ? count_slices(def, slices) : status;
+}
+
+static vd_status march_once(vd_context *context, vd_job *job, const vd_heightfield *map,
+                            const vd_classic_def *def, vd_frame *frame) {
+    vd_classic_renderer *renderer = NULL;
+    vd_status status = vd_classic_renderer_create(context, map, &renderer);
+    if (status.code == VD_OK) {
+        status = vd_classic_renderer_draw(renderer, job, def, frame);
+    }
+    vd_classic_renderer_destroy(&renderer);
+    return status;
 }
 
 vd_status vd_classic_render(vd_context *context, vd_job *job, const vd_heightfield *map,
                             const vd_classic_def *def, vd_classic_method method, vd_frame *frame,
                             vd_classic_counts *counts) {
-    if (context == NULL || map == NULL || def == NULL || frame == NULL) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "classic: vd_classic_render needs a context, a map, a def and a frame");
-    }
     if ((unsigned)method >= VD_CLASSIC_METHOD_COUNT) {
         return vd_failure(VD_ERROR_ARGUMENT, "classic: method %d does not exist; give 0 to %d",
                           (int)method, VD_CLASSIC_METHOD_COUNT - 1);
     }
-    vd_status status = check_map(map);
-    if (status.code != VD_OK) {
-        return status;
-    }
     uint64_t slices = 0;
-    status = count_slices(def, &slices);
+    vd_status status = vd_classic_check(context, map, def, frame, &slices);
     if (status.code != VD_OK) {
         return status;
     }
-    size_t width = (size_t)frame->width;
-    float *directions = vd_allocate(context, 2 * width, sizeof *directions);
-    if (directions == NULL) {
-        return vd_out_of_memory("the columns' directions", 2 * width * sizeof *directions);
+    if (method == VD_CLASSIC_MARCH) {
+        return march_once(context, job, map, def, frame);
     }
-    set_directions(def, frame->width, directions, directions + width);
-    clear_frame(frame, def->background);
-    vd_classic_setup setup = make_setup(context, job, map, def, slices, frame);
-    setup.direction_x = directions;
-    setup.direction_y = directions + width;
+    size_t count = 2 * (size_t)frame->width;
+    float *directions = vd_allocate(context, count, sizeof *directions);
+    if (directions == NULL) {
+        return vd_out_of_memory("the columns' directions", count * sizeof *directions);
+    }
+    vd_classic_clear(frame, def->background);
+    vd_classic_setup setup =
+        vd_classic_make_setup(context, job, map, def, slices, frame, directions);
     vd_classic_counts unwanted;
     status = methods[method].draw(&setup, counts != NULL ? counts : &unwanted);
     vd_release(context, directions);

@@ -1,4 +1,4 @@
-/* classic_internal.h: what the four methods of the classic picture share.
+/* classic_internal.h: what the methods of the classic picture share.
  *
  * The definition is in <veduta/classic.h>. Here it is cut into the pieces that every method puts
  * together in its own order: the walk through the slices, the cell under a sample point, the row it
@@ -26,7 +26,9 @@
 typedef struct vd_classic_setup {
     vd_context *context;
     vd_job *job; /* may be null */
+    const vd_heightfield *map;
     vd_frame *frame;
+    uint32_t background; /* opaque, as it stands in the frame */
     vd_height_type height_type;
     const void *heights; /* [map_height][height_stride] */
     size_t height_stride;
@@ -228,6 +230,26 @@ VD_MUST_USE vd_status vd_classic_draw_columns(const vd_classic_setup *setup,
                                               vd_classic_counts *counts);
 VD_MUST_USE vd_status vd_classic_draw_scan(const vd_classic_setup *setup,
                                            vd_classic_counts *counts);
+
+/* Checks the map alone. Returns VD_ERROR_ARGUMENT. */
+VD_MUST_USE vd_status vd_classic_check_map(const vd_heightfield *map);
+
+/* Checks everything that a def, a map and a frame can have wrong and gives the number of slices.
+ * Returns VD_ERROR_ARGUMENT or VD_ERROR_LIMIT. */
+VD_MUST_USE vd_status vd_classic_check(vd_context *context, const vd_heightfield *map,
+                                       const vd_classic_def *def, const vd_frame *frame,
+                                       uint64_t *slices);
+
+/* Rounds a checked def. `directions` has room for 2 × the frame's width. */
+vd_classic_setup vd_classic_make_setup(vd_context *context, vd_job *job, const vd_heightfield *map,
+                                       const vd_classic_def *def, uint64_t slices, vd_frame *frame,
+                                       float *directions);
+
+/* Fills the frame with the background, depth and id with 0, and sets the frame's objects. */
+void vd_classic_clear(vd_frame *frame, vd_rgba8 background);
+
+/* Sets the frame's table of objects. */
+void vd_classic_set_objects(vd_frame *frame);
 
 /* Returns `width` hidden rows, all at the bottom edge; null when memory is out. Vd_release. */
 VD_MUST_USE int32_t *vd_classic_hidden_create(const vd_classic_setup *setup);

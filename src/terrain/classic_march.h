@@ -1,0 +1,99 @@
+/* classic_march.h: what the march's parts share: the map as it walks it, a picture in the making,
+ * a worker's memory, the kernels. The essay is in classic_march.inl.
+ */
+#ifndef VEDUTA_TERRAIN_CLASSIC_MARCH_H
+#define VEDUTA_TERRAIN_CLASSIC_MARCH_H
+
+#include <stdatomic.h>
+#include "terrain/classic_internal.h"
+
+/* ---- the map ---------------------------------------------------------------------------------
+ * A copy of the heights, their maxima and the colours in strips of 8 columns: sample (c, r) of
+ * level l stands at
+ *     offset + c + 8·r + (c & ~7)·(rows − 1)
+ *
+ *     level 0:  strip 0          strip 1
+ *               0  1  … 7        8·rows …
+ *               8  9  … 15
+ *               …
+ * so that a cache line holds 8 × 8 bytes of the map, whichever way the eye looks, for two
+ * instructions more than rows would take. Colours stand in the order of level 0.
+ *
+ * Level l has cells of 2^l samples. A map whose sides are powers of two has cells of the unwrapped
+ * plane, all sizes up to 2^VD_MARCH_FINITE, the largest holding many copies of the map. On any
+ * other map cells end where the map wraps, and small maps are repeated until a side is at least
+ * MIN_SIDE, so that there is something to skip. The level above all, `everything`, is the plane. */
+#define VD_MARCH_LEVELS 16
+#define VD_MARCH_FINITE 15 /* the most levels below `everything` */
+
+typedef struct vd_march_map {
+    _Alignas(64) int32_t offset[VD_MARCH_LEVELS];
+    int32_t mask_x[VD_MARCH_LEVELS]; /* columns − 1 */
+    int32_t mask_y[VD_MARCH_LEVELS]; /* rows − 1 */
+    float cell[VD_MARCH_LEVELS];     /* 2^l */
+    float inverse[VD_MARCH_LEVELS];  /* 2^−l */
+    void *heights;
+    size_t bytes;     /* of heights, with the maxima */
+    vd_rgba8 *colors; /* alpha 255 */
+    vd_height_type height_type;
+    int width, height; /* of what may be the map repeated */
+    int everything;    /* its level */
+    bool power_of_two;
+    float highest; /* −infinity on a map of holes */
+} vd_march_map;
+
+/* Builds the copy. `out` is written on success only; vd_march_map_finish ends it. Returns
+ * VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_march_map_init(vd_context *context, const vd_heightfield *map,
+                                        vd_march_map *out);
+void vd_march_map_finish(vd_context *context, vd_march_map *map);
+
+/* ---- a picture -------------------------------------------------------------------------------
+ * Tiles are 16 columns of the picture, whatever the SIMD level: a row of one is a cache line. */
+#define VD_MARCH_TILE VD_CLASSIC_BLOCK
+#define VD_MARCH_SLOTS 8 /* tiles that a worker has in hand at once, at most */
+#define VD_MARCH_BATCH 1024
+
+/* What a sample adds to a tile. Colours are fetched a batch at a time, when the loads of many
+ * samples can wait for memory together. */
+typedef struct vd_march_scratch {
+    _Alignas(64) int32_t at[VD_MARCH_BATCH + 16];   /* pixel of `tiles` */
+    _Alignas(64) int32_t from[VD_MARCH_BATCH + 16]; /* index of the colour */
+    _Alignas(64) float depth_of[VD_MARCH_BATCH + 16];
+    uint32_t *tiles; /* [SLOTS][height][TILE]: colour of the first row of a run; 0 elsewhere */
+    float *depths;   /* the same for depth, or null */
+} vd_march_scratch;
+
+typedef struct vd_march_picture {
+    const vd_classic_setup *setup;
+    const vd_march_map *map;
+    const float *slice_z; /* [slice_count + 1] for the sweep only */
+    const float *slice_rise;
+    vd_march_scratch *workers;
+    int tiles;
+    float last; /* number of the last slice */
+    atomic_int next_tile;
+    atomic_bool interrupted;
+} vd_march_picture;
+
+/* Draws tiles until none is left, as one of several workers. */
+typedef void vd_kernel_march(vd_march_picture *picture, vd_march_scratch *scratch);
+
+typedef struct vd_march_kernels {
+    /* by height type; by whether the map's sides are powers of two; by whether depth is wanted */
+    vd_kernel_march *march[VD_HEIGHT_TYPE_COUNT][2][2];
+    vd_kernel_march *ahead[VD_HEIGHT_TYPE_COUNT][2][2]; /* the march for maps beyond the caches */
+    vd_kernel_march *sweep[VD_HEIGHT_TYPE_COUNT][2][2];
+} vd_march_kernels;
+
+/* Makes a renderer draw with these kernels instead of its context's; for tests. */
+void vd_classic_renderer_use(vd_classic_renderer *renderer, const vd_march_kernels *kernels);
+
+extern const vd_march_kernels vd_march_kernels_v2;
+extern const vd_march_kernels vd_march_kernels_v3;
+extern const vd_march_kernels vd_march_kernels_v4;
+
+/* Returns the table of a level (VD_ISA_V2 … VD_ISA_V4). */
+const vd_march_kernels *vd_march_kernels_for(vd_isa isa);
+
+#endif
