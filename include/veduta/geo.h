@@ -54,7 +54,8 @@ VD_API VD_MUST_USE vd_status vd_geo_from_lonlat(vd_context *context, const char 
 VD_API VD_MUST_USE vd_status vd_geo_to_lonlat(vd_context *context, const char *crs, double x,
                                               double y, double *lon, double *lat);
 
-/* Returns a short name of the raster's format and CRS for `veduta info`, as one line. */
+/* Returns a short name of the raster's format and CRS for `veduta info`, as one line; the log gets
+ * nothing. */
 VD_API VD_MUST_USE vd_status vd_geo_describe(vd_context *context, const char *path, char *out,
                                              size_t out_bytes);
 
