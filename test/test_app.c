@@ -34,6 +34,8 @@ static void read_back(const char *path, char *out, size_t out_bytes) {
     }
 }
 
+static const char *standard_input = "/dev/null"; /* of the next runs */
+
 static pid_t start(const char *const *arguments, int count) {
     char *argv[48] = {(char *)program};
     for (int i = 0; i < count; i++) {
@@ -41,7 +43,7 @@ static pid_t start(const char *const *arguments, int count) {
     }
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 0, standard_input, O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions, 1, "out.txt", O_WRONLY | O_CREAT | O_TRUNC, 0644);
     posix_spawn_file_actions_addopen(&actions, 2, "err.txt", O_WRONLY | O_CREAT | O_TRUNC, 0644);
     pid_t child = 0;
@@ -300,6 +302,26 @@ static void test_bad_use(void **state) {
     FAILS(2, "--tolerance", "compare", "a", "b", "--tolerance", "-1");
 }
 
+static void test_standard_input(void **state) {
+    (void)state;
+    char hash[17], again[17];
+    write_pnm("h.pgm", 40, 30, 1);
+    SUCCEEDS("render", "h.pgm", "-s", "48x27", "-o", "a.png", "--json");
+    take_hash(hash);
+    standard_input = "h.pgm";
+    SUCCEEDS("render", "-", "-s", "48x27", "-o", "a.png", "--json");
+    take_hash(again);
+    assert_string_equal(hash, again);
+    SUCCEEDS("info", "-");
+    expect_text(last.out, "format      standard input", "info");
+    FAILS(2, "can be read once", "render", "-", "--color", "-");
+    standard_input = dem_tif;
+    FAILS(1, ".hgt", "render", "-");
+    standard_input = "/dev/null";
+    FAILS(1, "standard input: it is empty", "render", "-");
+    FAILS(1, "it is a device", "render", "/dev/zero");
+}
+
 static void test_bad_data(void **state) {
     (void)state;
     FAILS(1, "cannot read none.png", "render", "none.png");
@@ -330,6 +352,7 @@ static void test_empty(void **state) {
           "empty.png");
     FAILS(1, "under ground", "render", dem_png, "-s", "32x18", "--eye", "300,-200,10", "-o",
           "empty.png");
+    FAILS(1, "near plane", "render", dem_png, "-s", "32x18", "--near", "1e9", "-o", "empty.png");
     FAILS(1, "below the horizon", "render", dem_png, "--sun", "0,-3", "-o", "empty.png");
     assert_false(exists("empty.png"));
     SUCCEEDS("render", dem_png, "-s", "32x18", "--eye", "0,0,9000", "--pitch", "80", "-o",
@@ -475,7 +498,7 @@ int main(void) {
         cmocka_unit_test(test_bad_data),      cmocka_unit_test(test_empty),
         cmocka_unit_test(test_interrupt),     cmocka_unit_test(test_holes),
         cmocka_unit_test(test_classic),       cmocka_unit_test(test_compare),
-        cmocka_unit_test(test_georeferenced),
+        cmocka_unit_test(test_georeferenced), cmocka_unit_test(test_standard_input),
     };
     return cmocka_run_group_tests(tests, enter_folder, leave_folder);
 }

@@ -160,6 +160,13 @@ static void test_camera(void **state) {
     assert_true(s.camera.distance_m == 12000.0);
     vd_options_finish(&options);
 
+    assert_ok(PARSE(&options, &s, "a", "--eye", "45,366.5,2m"));
+    assert_true(s.camera.eye.v[1] == 366.5); /* a scene brings it into its own range */
+    vd_options_finish(&options);
+
+    REFUSES("up to 1e15", "a", "--eye", "1e300,0,0");
+    REFUSES("up to 1e15", "a", "--target", "45,6,1e300m");
+    REFUSES("--eye", "a", "--eye", "45,721,2m");
     REFUSES("--eye", "a", "--eye", "nan,0,0");
     REFUSES("--eye", "a", "--eye", "1,2");
     REFUSES("--eye", "a", "--eye", "95,2,2m");
@@ -203,6 +210,8 @@ static void test_refusals(void **state) {
     REFUSES("flat", "a", "--height-scale", "0");
     REFUSES("--raw", "a", "--raw", "3x3:u9");
     REFUSES("--bands", "a", "--bands", "0,1,2");
+    REFUSES("read once", "-", "-");
+    REFUSES("read once", "-", "--color", "-");
     REFUSES("nothing to render", "--size", "1x1");
     REFUSES("--height", "--height", "h.png");
 }
