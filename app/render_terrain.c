@@ -89,13 +89,12 @@ static vd_status describe(vd_render_run *run, const vd_scene *scene, const vd_vi
 
 static vd_status estimate(vd_render_run *run, const vd_terrain_def *def, const vd_camera *camera) {
     size_t bytes = 0;
+    vd_process_memory loaded = vd_process_memory_now();
     run->ready_seconds = vd_seconds_now() - run->start;
     vd_status status =
         vd_terrain_estimate(run->context, run->job, def, camera, run->settings->width,
                             run->settings->height, &run->draw_seconds, &bytes);
-    vd_memory_stats memory = vd_context_memory(run->context);
-    size_t drawing = memory.bytes_now + bytes + vd_render_frame_bytes(run->settings);
-    run->estimated_bytes = drawing > memory.bytes_peak ? drawing : memory.bytes_peak;
+    vd_render_estimate_memory(run, &loaded, bytes);
     return status;
 }
 
