@@ -559,7 +559,7 @@ static void far_parts_are_refused(void **state) {
     assert_true(joined->width == 3 && joined->height == 384);
     vd_dem_destroy(&joined);
     b->transform[3] -= cell;
-    refuse_join(a, b, VD_ERROR_LIMIT, "3 × 385 samples, 64.2 times as many as they hold");
+    refuse_join(a, b, VD_ERROR_LIMIT, "3 × 385 samples, 64 times as many as they hold");
     vd_dem_destroy(&a);
     vd_dem_destroy(&b);
     /* However long, a chain of parts that touch each other is one place. */

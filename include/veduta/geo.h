@@ -27,7 +27,8 @@ VD_API vd_geo_def vd_geo_def_default(void);
  * pixel-is-point and pixel-is-area, ground control points, longitudes 0 … 360, bottom-up rasters.
  * Says through the log what it did (decimated, warped, unit converted). `def` may be null.
  * Returns VD_ERROR_ARGUMENT (a field of `def` out of range, no paths), VD_ERROR_IO, VD_ERROR_FORMAT
- * (GDAL's own words included), VD_ERROR_LIMIT, VD_ERROR_MEMORY. */
+ * (GDAL's own words included), VD_ERROR_LIMIT (also for rasters so far apart that nearly all of the
+ * whole would be missing), VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_geo_load_dem(vd_context *context, const char *const *paths,
                                              int count, const vd_geo_def *def, vd_dem **out);
 

@@ -163,7 +163,7 @@ static vd_status check_span(const span *all, const vd_dem *const *parts, int cou
     if (sparseness > sparseness_per_part * count) {
         return vd_failure(VD_ERROR_LIMIT,
                           "cannot join the elevation files: number %d of %d lies far from the "
-                          "first: together they span %lld × %lld samples, %.3g times as many as "
+                          "first: together they span %lld × %lld samples, %.0f times as many as "
                           "they hold; render them one by one",
                           farthest + 1, count, columns, rows, sparseness);
     }
