@@ -199,6 +199,7 @@ static vd_status read_look(const vd_options *options, vd_render_settings *out) {
     out->sun_altitude = sun[1];
     out->color = text_of(options, OPTION_COLOR);
     out->colormap = text_of(options, OPTION_COLORMAP);
+    out->colormap_given = vd_options_given(options, OPTION_COLORMAP);
     if (out->color != NULL && vd_options_given(options, OPTION_COLORMAP)) {
         return vd_failure(VD_ERROR_ARGUMENT, "--color and --colormap both say how the terrain is "
                                              "coloured; give one of them");
@@ -327,6 +328,7 @@ static vd_status read_camera(const vd_options *options, vd_camera_settings *out)
     }
     out->azimuth = number_of(options, OPTION_AZIMUTH);
     out->elevation = number_of(options, OPTION_ELEVATION);
+    out->elevation_given = vd_options_given(options, OPTION_ELEVATION);
     out->distance_m = number_of(options, OPTION_DISTANCE);
     out->heading = number_of(options, OPTION_HEADING);
     out->pitch = number_of(options, OPTION_PITCH);

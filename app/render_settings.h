@@ -94,6 +94,7 @@ typedef struct vd_camera_settings {
     vd_camera_spelling spelling;
     vd_position eye, target;          /* kind NONE: found from the terrain */
     double azimuth, elevation;        /* orbit: where the camera looks; how far it looks down */
+    bool elevation_given;             /* else another one may be taken where this shows nothing */
     double distance_m;                /* orbit: 0 frames the relief */
     double heading, pitch, roll, fov; /* degrees */
     vd_projection projection;
@@ -110,6 +111,7 @@ typedef struct vd_render_settings {
     int width, height, samples, threads, png_level;
     vd_filter filter;
     const char *color, *colormap;     /* color null: none */
+    bool colormap_given;              /* else the data may suggest another one */
     double sun_azimuth, sun_altitude; /* degrees */
     bool shadows, shading, sky, sky_colored;
     vd_rgba8 sky_color, background;

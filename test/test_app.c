@@ -403,6 +403,93 @@ static void test_holes(void **state) {
     assert_string_not_equal(holes, filled);
 }
 
+/* Writes an ESRI ASCII grid of n × n samples whose heights a function gives; NaN is missing. */
+static void write_asc(const char *path, int n, const char *head, double (*height)(int, int)) {
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fprintf(file, "ncols %d\nnrows %d\n%s\nNODATA_value -99999\n", n, n, head);
+    for (int row = 0; row < n; row++) {
+        for (int column = 0; column < n; column++) {
+            fprintf(file, "%.10g ", height(column, row));
+        }
+        fputc('\n', file);
+    }
+    fclose(file);
+}
+
+static double ramp(int column, int row) {
+    return 1024.0 * row + 16.0 * column;
+}
+
+static double needle(int column, int row) {
+    return column == 10 && row == 10 ? 8848000.0 : 100.0;
+}
+
+static double every_second(int column, int row) {
+    return (column + row) % 2 == 0 ? -99999.0 : 5.0;
+}
+
+static double coast(int column, int row) {
+    return (column - 8) * 150.0 + row;
+}
+
+static double rift(int column, int row) {
+    return (column - 8) * 50.0 + row;
+}
+
+/* Legal data without a camera always give a picture, and one camera that repeats it. */
+static void test_framing(void **state) {
+    (void)state;
+    static const char *const metres = "xllcorner 500000\nyllcorner 5000000\ncellsize 30";
+    static const char *const degrees = "xllcorner 7\nyllcorner 45\ncellsize 0.05";
+    write_asc("ramp.asc", 20, metres, ramp);
+    write_asc("needle.asc", 20, metres, needle);
+    write_asc("degrees.asc", 17, degrees, rift);
+    static const char *const cases[][3] = {{"ramp.asc", "48x27", "straight down"},
+                                           {"needle.asc", "48x27", "--height-scale"},
+                                           {"degrees.asc", "2x400", "curvature is left out"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char hash[17], again[17];
+        SUCCEEDS("render", cases[i][0], "-s", cases[i][1], "-o", "a.png", "--json");
+        expect_text(last.err, cases[i][2], "a note");
+        take_hash(hash);
+        SUCCEEDS("render", cases[i][0], "-s", cases[i][1], "-o", "a.png", "-q", "--print-camera");
+        FILE *file = fopen("camera.json", "wb");
+        fputs(strchr(last.out, '{'), file);
+        fclose(file);
+        SUCCEEDS("render", cases[i][0], "camera.json", "-s", cases[i][1], "-o", "a.png", "--json");
+        take_hash(again);
+        assert_string_equal(hash, again);
+    }
+    write_asc("sieve.asc", 20, metres, every_second);
+    FAILS(1, "--missing fill", "render", "sieve.asc", "-q", "-s", "48x27", "--elevation", "90");
+}
+
+static void test_advice(void **state) {
+    (void)state;
+    static const char *const degrees = "xllcorner 7\nyllcorner 45\ncellsize 0.05";
+    write_asc("coast.asc", 17, degrees, coast);
+    write_asc("rift.asc", 17, degrees, rift);
+    SUCCEEDS("render", "rift.asc", "-s", "32x18", "-o", "a.png", "--haze", "5km");
+    expect_text(last.err, "--haze", "a note");
+    SUCCEEDS("render", "rift.asc", "-s", "32x18", "-o", "a.png", "--haze", "900km");
+    assert_null(strstr(last.err, "--haze"));
+    SUCCEEDS("render", "rift.asc", "-s", "32x18", "-o", "a.png", "--eye", "45.31,7.32,2m",
+             "--target", "45.31,7.32");
+    expect_text(last.err, "straight down", "a note");
+    /* Sea floor takes sea colours, land below the sea's level does not. */
+    static const char *const maps[][2] = {{"coast.asc", "topo"}, {"rift.asc", "terrain"}};
+    for (int i = 0; i < 2; i++) {
+        char hash[17], again[17];
+        SUCCEEDS("render", maps[i][0], "-s", "32x18", "-o", "a.png", "--json");
+        take_hash(hash);
+        SUCCEEDS("render", maps[i][0], "-s", "32x18", "-o", "a.png", "--json", "--colormap",
+                 maps[i][1]);
+        take_hash(again);
+        assert_string_equal(hash, again);
+    }
+}
+
 /* The command line of the acceptance checks: all methods, the same bytes. */
 static void test_classic(void **state) {
     (void)state;
@@ -504,6 +591,7 @@ int main(void) {
         cmocka_unit_test(test_interrupt),     cmocka_unit_test(test_holes),
         cmocka_unit_test(test_classic),       cmocka_unit_test(test_compare),
         cmocka_unit_test(test_georeferenced), cmocka_unit_test(test_standard_input),
+        cmocka_unit_test(test_framing),       cmocka_unit_test(test_advice),
     };
     return cmocka_run_group_tests(tests, enter_folder, leave_folder);
 }
