@@ -69,6 +69,9 @@ static vd_status read_settings(int argc, char **argv, vd_options *options,
     }
     status = read_option_files(options);
     if (status.code == VD_OK) {
+        status = vd_render_prefer_flags(options);
+    }
+    if (status.code == VD_OK) {
         status = vd_render_apply_preset(options);
     }
     if (status.code == VD_OK) {
@@ -226,11 +229,15 @@ static vd_status draw_and_save(vd_render_run *run, const char *command) {
     return status;
 }
 
-static int run_render(const vd_render_settings *settings, const char *command, double start) {
+static int run_render(const vd_render_settings *settings, const char *command, const char *note,
+                      double start) {
     vd_render_run run = {.settings = settings, .start = start};
     vd_status status = vd_notes_init(&run.notes, settings->quiet);
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
+    }
+    if (note[0] != '\0') {
+        vd_notes_log(&run.notes, VD_LOG_WARNING, note);
     }
     vd_context_def def = vd_context_def_default();
     def.threads = settings->threads;
@@ -284,7 +291,8 @@ int vd_command_render(int argc, char **argv) {
     } else if (status.code != VD_OK) {
         vd_report(&status, code);
     } else {
-        code = run_render(&settings, command != NULL ? command : "veduta render", start);
+        code =
+            run_render(&settings, command != NULL ? command : "veduta render", options.note, start);
     }
     free(command);
     vd_options_finish(&options);

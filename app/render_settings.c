@@ -305,6 +305,35 @@ static vd_status read_spelling(const vd_options *options, vd_camera_settings *ou
     return status;
 }
 
+vd_status vd_render_prefer_flags(vd_options *options) {
+    enum { MOST = 4, NONE = -1 };
+    static const struct {
+        int flags[MOST], dropped[MOST]; /* any of the flags drops these */
+    } rules[] = {
+        {{OPTION_EYE, OPTION_HEADING, OPTION_PITCH, NONE},
+         {OPTION_AZIMUTH, OPTION_ELEVATION, OPTION_DISTANCE, NONE}},
+        {{OPTION_AZIMUTH, OPTION_ELEVATION, OPTION_DISTANCE, NONE},
+         {OPTION_EYE, OPTION_HEADING, OPTION_PITCH, NONE}},
+        {{OPTION_TARGET, NONE}, {OPTION_HEADING, OPTION_PITCH, NONE}},
+        {{OPTION_HEADING, OPTION_PITCH, NONE}, {OPTION_TARGET, NONE}},
+        {{OPTION_COLOR, NONE}, {OPTION_COLORMAP, NONE}},
+        {{OPTION_COLORMAP, NONE}, {OPTION_COLOR, NONE}},
+        {{OPTION_BACKGROUND, NONE}, {OPTION_SKY, NONE}},
+        {{OPTION_SKY, NONE}, {OPTION_BACKGROUND, NONE}},
+    };
+    vd_status status = vd_success();
+    for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {
+        bool by_flag = false;
+        for (int j = 0; rules[i].flags[j] != NONE; j++) {
+            by_flag |= options->values[rules[i].flags[j]].source == VD_SOURCE_FLAG;
+        }
+        for (int j = 0; by_flag && rules[i].dropped[j] != NONE && status.code == VD_OK; j++) {
+            status = vd_options_drop_file_value(options, rules[i].dropped[j]);
+        }
+    }
+    return status;
+}
+
 static vd_status read_camera(const vd_options *options, vd_camera_settings *out) {
     vd_status status = read_spelling(options, out);
     if (status.code != VD_OK) {

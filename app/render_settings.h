@@ -134,6 +134,10 @@ typedef struct vd_render_settings {
 /* Reads the settings out of the options. Returns VD_ERROR_ARGUMENT for bad use. */
 VD_MUST_USE vd_status vd_render_settings_read(const vd_options *options, vd_render_settings *out);
 
+/* Drops from an options file what flags say in another way: flags that place the camera replace
+ * the file's camera where the two would be different spellings, and so with the colours. */
+VD_MUST_USE vd_status vd_render_prefer_flags(vd_options *options);
+
 /* Gives the options that no one set the values of --preset. */
 VD_MUST_USE vd_status vd_render_apply_preset(vd_options *options);
 

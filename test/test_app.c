@@ -253,6 +253,12 @@ static void test_options_file(void **state) {
     SUCCEEDS("render", "--options", "view.json", "--json", "--sun", "200,30");
     take_hash(again);
     assert_string_not_equal(hash, again);
+    SUCCEEDS("render", "view.json", "-s", "32x18", "--eye", "20,-60,300", "--pitch", "-70");
+    FILE *file = fopen("newer.json", "wb");
+    fputs("{\"veduta\": \"99.0\", \"inputs\": [\"h.pgm\"], \"azimuth\": 3}", file);
+    fclose(file);
+    SUCCEEDS("render", "newer.json", "-s", "32x18", "--eye", "20,-60,300", "--pitch", "-70");
+    expect_text(last.err, "newer than this", "a note");
     /* A file in another folder brings its own paths. */
     mkdir("deeper", 0755);
     SUCCEEDS("render", "h.pgm", "-s", "48x27", "--sun", "80,30", "-o", "one.png", "--save",

@@ -283,6 +283,27 @@ static void test_json(void **state) {
     assert_true(options.values[OPTION_FOV].number == 50.0);
     vd_options_finish(&options);
 
+    /* A flag replaces what the file says in another spelling, and no more than that. */
+    assert_ok(read_json(&options, &s,
+                        "{\"veduta\": \"99.1\", \"inputs\": [\"a\"], \"azimuth\": 3, "
+                        "\"target\": [1, 2, 3], \"roll\": 5, \"colormap\": \"grey\"}",
+                        ""));
+    assert_non_null(strstr(options.note, "99.1, which is newer"));
+    assert_ok(vd_options_set(&options, OPTION_EYE, "1,2,9", VD_SOURCE_FLAG));
+    assert_ok(vd_options_set(&options, OPTION_COLOR, "c.png", VD_SOURCE_FLAG));
+    assert_ok(vd_render_prefer_flags(&options));
+    assert_ok(vd_render_settings_read(&options, &s));
+    assert_int_equal(s.camera.spelling, VD_SPELLING_LOOK_AT);
+    assert_true(s.camera.target.v[2] == 3.0 && s.camera.roll == 5.0 && s.camera.azimuth == 0.0);
+    assert_ok(vd_options_set(&options, OPTION_HEADING, "7", VD_SOURCE_FLAG));
+    assert_ok(vd_render_prefer_flags(&options));
+    assert_ok(vd_render_settings_read(&options, &s));
+    assert_int_equal(s.camera.spelling, VD_SPELLING_ANGLES);
+    vd_options_finish(&options);
+    assert_ok(read_json(&options, &s, "{\"veduta\": \"0.1.9\", \"inputs\": [\"a\"]}", ""));
+    assert_string_equal(options.note, ""); /* the third number changes no meaning */
+    vd_options_finish(&options);
+
     static const struct {
         const char *text, *part;
         vd_code code;
