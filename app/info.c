@@ -148,9 +148,8 @@ static void crs_name(const vd_scene *scene, char *out, size_t out_bytes) {
 }
 
 static bool print_people(const facts *f) {
-    char crs[128];
-    double samples = (double)f->width * f->height;
-    double missing = 100.0 * (double)f->scene->missing / samples;
+    char crs[128], missing[16];
+    vd_write_share(f->scene->missing, (uint64_t)f->width * (uint64_t)f->height, missing);
     crs_name(f->scene, crs, sizeof crs);
     printf("file        %s\n", f->file);
     printf("format      %s\n", f->scene->format);
@@ -165,7 +164,7 @@ static bool print_people(const facts *f) {
         printf("middle      %.6f,%.6f (latitude, longitude)\n", f->latitude, f->longitude);
     }
     printf("heights     %.6g to %.6g m\n", f->min, f->max);
-    printf("missing     %llu samples (%.3g %%)\n", (unsigned long long)f->scene->missing, missing);
+    printf("missing     %llu samples (%s)\n", (unsigned long long)f->scene->missing, missing);
     printf("view        %s\n", f->flags);
     const char *key;
     json_t *value;

@@ -287,6 +287,18 @@ vd_status vd_options_set(vd_options *options, int index, const char *text,
     return vd_success();
 }
 
+vd_status vd_options_drop_file_value(vd_options *options, int index) {
+    vd_option_value *value = &options->values[index];
+    if (value->source != VD_SOURCE_FILE) {
+        return vd_success();
+    }
+    free(value->text);
+    *value = (vd_option_value){.source = VD_SOURCE_DEFAULT};
+    const char *fallback = options->table[index].fallback;
+    return fallback == NULL ? vd_success()
+                            : vd_options_set(options, index, fallback, VD_SOURCE_DEFAULT);
+}
+
 vd_status vd_options_add_input(vd_options *options, const char *path, vd_option_source source) {
     if (source < options->input_source) {
         return vd_success();

@@ -62,6 +62,7 @@ typedef struct vd_options {
     char **inputs;           /* what is not an option: files */
     int input_count;
     vd_option_source input_source;
+    char note[320]; /* what reading a file found remarkable, one sentence; else empty */
 } vd_options;
 
 /* Fills the values with the table's defaults. Returns VD_ERROR_MEMORY. */
@@ -76,6 +77,10 @@ VD_MUST_USE vd_status vd_options_parse(vd_options *options, int argc, char **arg
 /* Sets one option from text, unless it already has a value from a stronger source. */
 VD_MUST_USE vd_status vd_options_set(vd_options *options, int index, const char *text,
                                      vd_option_source source);
+
+/* Sets an option back to its default when its value is from an options file. */
+VD_MUST_USE vd_status vd_options_drop_file_value(vd_options *options, int index);
+
 VD_MUST_USE vd_status vd_options_add_input(vd_options *options, const char *path,
                                            vd_option_source source);
 
@@ -87,7 +92,8 @@ bool vd_options_given(const vd_options *options, int index);
 
 /* Reads options and inputs from a JSON object: the same keys as the flags, without dashes. Values
  * are strings, numbers, true and false, lists of numbers or words ("sun": [315, 45]) and, for
- * KEY=VALUE texts, objects. The key "veduta" must be there: the version that wrote it. `name` is
+ * KEY=VALUE texts, objects. The key "veduta" must be there: the version that wrote it; a newer
+ * one than this is noted. `name` is
  * what error sentences call it, `folder` what relative paths start from ("" for none).
  * Returns VD_ERROR_FORMAT (not JSON), VD_ERROR_ARGUMENT (a key or value that a flag could not be
  * either) or VD_ERROR_MEMORY. */

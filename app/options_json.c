@@ -157,9 +157,37 @@ static vd_status unknown_key(const vd_options *options, const char *key, const c
                       name, key, options->command);
 }
 
+/* Reads up to three numbers with dots between, such as 0.1.0; what lacks counts as 0. */
+static void read_version(const char *text, long out[3]) {
+    for (int i = 0; i < 3; i++) {
+        char *end = NULL;
+        out[i] = strtol(text, &end, 10);
+        text = end + (*end == '.');
+    }
+}
+
+/* A file of a later version may mean what this one does not know. */
+static void note_version(vd_options *options, const json_t *version, const char *name) {
+    if (!json_is_string(version)) {
+        return;
+    }
+    const char *text = json_string_value(version);
+    long theirs[3], ours[3];
+    read_version(text, theirs);
+    read_version(vd_version(), ours);
+    int i = theirs[0] == ours[0] ? 1 : 0; /* the third number changes no meaning */
+    if (theirs[i] > ours[i]) {
+        snprintf(options->note, sizeof options->note,
+                 "%.120s was written by veduta %.20s, which is newer than this %.20s; it may not "
+                 "give the same picture",
+                 name, text, vd_version());
+    }
+}
+
 static vd_status read_key(vd_options *options, const char *key, json_t *value, const char *name,
                           const char *folder) {
     if (strcmp(key, "veduta") == 0) {
+        note_version(options, value, name);
         return vd_success();
     }
     if (strcmp(key, "inputs") == 0) {

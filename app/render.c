@@ -69,6 +69,9 @@ static vd_status read_settings(int argc, char **argv, vd_options *options,
     }
     status = read_option_files(options);
     if (status.code == VD_OK) {
+        status = vd_render_prefer_flags(options);
+    }
+    if (status.code == VD_OK) {
         status = vd_render_apply_preset(options);
     }
     if (status.code == VD_OK) {
@@ -97,14 +100,14 @@ static vd_status check_outputs(const vd_render_settings *s, const char *save) {
     if (status.code == VD_OK && save != NULL && strcmp(save, "-") != 0) {
         status = vd_check_output("save", save, read, count);
     }
-    const char *written[] = {s->output, s->depth, s->ids};
-    for (int i = 0; i < 3 && status.code == VD_OK; i++) {
+    const char *written[] = {s->output, s->depth, s->ids, save};
+    for (int i = 0; i < 4 && status.code == VD_OK; i++) {
         for (int j = 0; j < i; j++) {
-            if (written[i] != NULL && written[j] != NULL && strcmp(written[i], written[j]) == 0) {
+            if (written[i] != NULL && written[j] != NULL && vd_same_place(written[i], written[j])) {
                 return vd_failure(VD_ERROR_ARGUMENT,
                                   "two results would go to %.200s; name "
                                   "different files",
-                                  written[i]);
+                                  strcmp(written[i], "-") == 0 ? "standard output" : written[i]);
             }
         }
     }
@@ -122,6 +125,12 @@ size_t vd_render_frame_bytes(const vd_render_settings *s) {
     size_t pixels = vd_frame_stride(s->width) * (size_t)s->height;
     size_t planes = 1 + (s->depth != NULL) + (s->ids != NULL);
     return pixels * 4 * planes + pixels; /* the PNG is small beside it: a byte per pixel */
+}
+
+void vd_render_estimate_memory(vd_render_run *run, const vd_process_memory *loaded,
+                               size_t drawing_bytes) {
+    size_t drawing = loaded->now_bytes + drawing_bytes + vd_render_frame_bytes(run->settings);
+    run->estimated_bytes = drawing > loaded->peak_bytes ? drawing : loaded->peak_bytes;
 }
 
 static vd_status save(vd_render_run *run, const char *command) {
@@ -220,11 +229,15 @@ static vd_status draw_and_save(vd_render_run *run, const char *command) {
     return status;
 }
 
-static int run_render(const vd_render_settings *settings, const char *command, double start) {
+static int run_render(const vd_render_settings *settings, const char *command, const char *note,
+                      double start) {
     vd_render_run run = {.settings = settings, .start = start};
     vd_status status = vd_notes_init(&run.notes, settings->quiet);
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
+    }
+    if (note[0] != '\0') {
+        vd_notes_log(&run.notes, VD_LOG_WARNING, note);
     }
     vd_context_def def = vd_context_def_default();
     def.threads = settings->threads;
@@ -278,7 +291,8 @@ int vd_command_render(int argc, char **argv) {
     } else if (status.code != VD_OK) {
         vd_report(&status, code);
     } else {
-        code = run_render(&settings, command != NULL ? command : "veduta render", start);
+        code =
+            run_render(&settings, command != NULL ? command : "veduta render", options.note, start);
     }
     free(command);
     vd_options_finish(&options);

@@ -24,7 +24,7 @@ typedef struct vd_render_run {
     vd_frame_stats stats;
     double draw_seconds;    /* drawing alone; after a dry run the estimate */
     double ready_seconds;   /* dry run: from the start until drawing would begin */
-    size_t estimated_bytes; /* dry run: the most memory held at once */
+    size_t estimated_bytes; /* dry run: the most memory that the process holds */
 } vd_render_run;
 
 /* Loads and draws, or estimates where settings->dry_run: a terrain, the classic picture. */
@@ -36,5 +36,10 @@ VD_MUST_USE vd_status vd_render_make_frame(vd_render_run *run);
 
 /* Bytes of such a frame and of what writing it takes. */
 size_t vd_render_frame_bytes(const vd_render_settings *settings);
+
+/* Dry run: sets estimated_bytes from what the process held when everything was loaded and what
+ * drawing takes beside the frame. */
+void vd_render_estimate_memory(vd_render_run *run, const vd_process_memory *loaded,
+                               size_t drawing_bytes);
 
 #endif

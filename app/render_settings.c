@@ -199,6 +199,7 @@ static vd_status read_look(const vd_options *options, vd_render_settings *out) {
     out->sun_altitude = sun[1];
     out->color = text_of(options, OPTION_COLOR);
     out->colormap = text_of(options, OPTION_COLORMAP);
+    out->colormap_given = vd_options_given(options, OPTION_COLORMAP);
     if (out->color != NULL && vd_options_given(options, OPTION_COLORMAP)) {
         return vd_failure(VD_ERROR_ARGUMENT, "--color and --colormap both say how the terrain is "
                                              "coloured; give one of them");
@@ -227,12 +228,19 @@ static vd_status read_look(const vd_options *options, vd_render_settings *out) {
 /* ---- camera -----------------------------------------------------------------------------------
  */
 
+/* World metres beyond this say nothing about terrain: no map that is read is as large. */
+static const double farthest_m = 1e15;
+
+static bool is_near_enough(double metres) {
+    return metres >= -farthest_m && metres <= farthest_m;
+}
+
 /* Reads X,Y,Z, or LAT,LON with a height that says its unit. */
 static bool read_position(const char *text, vd_position *out) {
     int count = vd_read_numbers(text, out->v, 3);
     if (count == 3) {
         out->kind = VD_POSITION_WORLD;
-        return true;
+        return is_near_enough(out->v[0]) && is_near_enough(out->v[1]) && is_near_enough(out->v[2]);
     }
     char copy[160];
     if (strlen(text) >= sizeof copy) {
@@ -255,8 +263,9 @@ static bool read_position(const char *text, vd_position *out) {
             return false;
         }
     }
+    /* Data may begin at longitude -180, 0 or beside 180; a turn more than that still is a place. */
     return vd_read_numbers(copy, out->v, 2) == 2 && out->v[0] >= -90.0 && out->v[0] <= 90.0 &&
-           out->v[1] >= -360.0 && out->v[1] <= 360.0;
+           out->v[1] >= -720.0 && out->v[1] <= 720.0 && is_near_enough(out->v[2]);
 }
 
 static vd_status refuse_together(const vd_options *options, int given, const int *others,
@@ -296,6 +305,35 @@ static vd_status read_spelling(const vd_options *options, vd_camera_settings *ou
     return status;
 }
 
+vd_status vd_render_prefer_flags(vd_options *options) {
+    enum { MOST = 4, NONE = -1 };
+    static const struct {
+        int flags[MOST], dropped[MOST]; /* any of the flags drops these */
+    } rules[] = {
+        {{OPTION_EYE, OPTION_HEADING, OPTION_PITCH, NONE},
+         {OPTION_AZIMUTH, OPTION_ELEVATION, OPTION_DISTANCE, NONE}},
+        {{OPTION_AZIMUTH, OPTION_ELEVATION, OPTION_DISTANCE, NONE},
+         {OPTION_EYE, OPTION_HEADING, OPTION_PITCH, NONE}},
+        {{OPTION_TARGET, NONE}, {OPTION_HEADING, OPTION_PITCH, NONE}},
+        {{OPTION_HEADING, OPTION_PITCH, NONE}, {OPTION_TARGET, NONE}},
+        {{OPTION_COLOR, NONE}, {OPTION_COLORMAP, NONE}},
+        {{OPTION_COLORMAP, NONE}, {OPTION_COLOR, NONE}},
+        {{OPTION_BACKGROUND, NONE}, {OPTION_SKY, NONE}},
+        {{OPTION_SKY, NONE}, {OPTION_BACKGROUND, NONE}},
+    };
+    vd_status status = vd_success();
+    for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {
+        bool by_flag = false;
+        for (int j = 0; rules[i].flags[j] != NONE; j++) {
+            by_flag |= options->values[rules[i].flags[j]].source == VD_SOURCE_FLAG;
+        }
+        for (int j = 0; by_flag && rules[i].dropped[j] != NONE && status.code == VD_OK; j++) {
+            status = vd_options_drop_file_value(options, rules[i].dropped[j]);
+        }
+    }
+    return status;
+}
+
 static vd_status read_camera(const vd_options *options, vd_camera_settings *out) {
     vd_status status = read_spelling(options, out);
     if (status.code != VD_OK) {
@@ -304,20 +342,22 @@ static vd_status read_camera(const vd_options *options, vd_camera_settings *out)
     const char *eye = text_of(options, OPTION_EYE), *target = text_of(options, OPTION_TARGET);
     if (eye != NULL &&
         (vd_read_numbers(eye, out->eye.v, 3) == 2 || !read_position(eye, &out->eye))) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "--eye: \"%.60s\" is not a position; give X,Y,Z in "
-                          "metres, or LAT,LON with a height: 45.83,6.86,2m above ground, "
-                          "45.83,6.86,3000masl above sea level",
-                          eye);
+        return vd_failure(
+            VD_ERROR_ARGUMENT,
+            "--eye: \"%.60s\" is not a position; give X,Y,Z in "
+            "metres (up to 1e15), or LAT,LON with a height: 45.83,6.86,2m above ground, "
+            "45.83,6.86,3000masl above sea level",
+            eye);
     }
     if (target != NULL && !read_position(target, &out->target)) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "--target: \"%.60s\" is not a position; give X,Y,Z in "
-                          "metres, or LAT,LON in degrees",
+                          "metres (up to 1e15), or LAT,LON in degrees",
                           target);
     }
     out->azimuth = number_of(options, OPTION_AZIMUTH);
     out->elevation = number_of(options, OPTION_ELEVATION);
+    out->elevation_given = vd_options_given(options, OPTION_ELEVATION);
     out->distance_m = number_of(options, OPTION_DISTANCE);
     out->heading = number_of(options, OPTION_HEADING);
     out->pitch = number_of(options, OPTION_PITCH);
@@ -546,6 +586,18 @@ static vd_status read_inputs(const vd_options *options, vd_render_settings *out)
     }
     if (out->classic && out->input_count > 1) {
         return vd_failure(VD_ERROR_ARGUMENT, "--classic draws one map; name one height picture");
+    }
+    const char *color = text_of(options, OPTION_COLOR), *file = text_of(options, OPTION_OPTIONS);
+    int standard =
+        (color != NULL && strcmp(color, "-") == 0) + (file != NULL && strcmp(file, "-") == 0);
+    for (int i = 0; i < out->input_count; i++) {
+        standard += strcmp(out->inputs[i], "-") == 0;
+    }
+    if (standard > 1) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "standard input (-) is named %d times and can be read "
+                          "once; name files",
+                          standard);
     }
     return vd_success();
 }

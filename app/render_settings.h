@@ -94,6 +94,7 @@ typedef struct vd_camera_settings {
     vd_camera_spelling spelling;
     vd_position eye, target;          /* kind NONE: found from the terrain */
     double azimuth, elevation;        /* orbit: where the camera looks; how far it looks down */
+    bool elevation_given;             /* else another one may be taken where this shows nothing */
     double distance_m;                /* orbit: 0 frames the relief */
     double heading, pitch, roll, fov; /* degrees */
     vd_projection projection;
@@ -110,6 +111,7 @@ typedef struct vd_render_settings {
     int width, height, samples, threads, png_level;
     vd_filter filter;
     const char *color, *colormap;     /* color null: none */
+    bool colormap_given;              /* else the data may suggest another one */
     double sun_azimuth, sun_altitude; /* degrees */
     bool shadows, shading, sky, sky_colored;
     vd_rgba8 sky_color, background;
@@ -131,6 +133,10 @@ typedef struct vd_render_settings {
 
 /* Reads the settings out of the options. Returns VD_ERROR_ARGUMENT for bad use. */
 VD_MUST_USE vd_status vd_render_settings_read(const vd_options *options, vd_render_settings *out);
+
+/* Drops from an options file what flags say in another way: flags that place the camera replace
+ * the file's camera where the two would be different spellings, and so with the colours. */
+VD_MUST_USE vd_status vd_render_prefer_flags(vd_options *options);
 
 /* Gives the options that no one set the values of --preset. */
 VD_MUST_USE vd_status vd_render_apply_preset(vd_options *options);

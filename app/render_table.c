@@ -109,7 +109,8 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .fallback = "terrain",
          .is_name = is_colormap_name,
          .help = "colours by height: terrain, viridis, grey, …, a GMT .cpt or a gdaldem "
-                 "color-relief text"},
+                 "color-relief text; not given, georeferenced data from land to below -500 m, "
+                 "which is sea floor, takes topo"},
     [OPTION_SUN] = {.key = "sun",
                     .group = LOOK,
                     .type = VD_OPTION_TEXT,
@@ -158,11 +159,13 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                            .max = 1000,
                            .fallback = "1",
                            .help = "factor on all heights; 1 is real"},
-    [OPTION_CURVATURE] = {.key = "curvature",
-                          .group = LOOK,
-                          .type = VD_OPTION_FLAG,
-                          .help = "the Earth's curvature with refraction k = 0.13; by default on "
-                                  "for georeferenced data up to 1000 km across"},
+    [OPTION_CURVATURE] =
+        {.key = "curvature",
+         .group = LOOK,
+         .type = VD_OPTION_FLAG,
+         .help = "the Earth's curvature with refraction k = 0.13; by default on "
+                 "for georeferenced data up to 1000 km across, unless it is framed from so "
+                 "far that the formula fails"},
 
     [OPTION_AZIMUTH] =
         {.key = "azimuth",
@@ -175,15 +178,17 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .fallback = "0",
          .help = "orbit: the compass direction the camera looks towards; 0 stands in the south "
                  "and looks north"},
-    [OPTION_ELEVATION] = {.key = "elevation",
-                          .group = CAMERA,
-                          .type = VD_OPTION_REAL,
-                          .argument = "A",
-                          .min = -90,
-                          .max = 90,
-                          .unit = "degrees above the horizon",
-                          .fallback = "35",
-                          .help = "orbit: how high the camera stands over its target"},
+    [OPTION_ELEVATION] =
+        {.key = "elevation",
+         .group = CAMERA,
+         .type = VD_OPTION_REAL,
+         .argument = "A",
+         .min = -90,
+         .max = 90,
+         .unit = "degrees above the horizon",
+         .fallback = "35",
+         .help = "orbit: how high the camera stands over its target; not given, 90 where "
+                 "a framed relief would not be seen"},
     [OPTION_DISTANCE] = {.key = "distance",
                          .group = CAMERA,
                          .type = VD_OPTION_DISTANCE,

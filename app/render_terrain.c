@@ -13,6 +13,9 @@ static const double radians_per_degree = 3.14159265358979323846 / 180.0;
  * then seen through 7 to 15 % of haze: distance is felt, and no colour is lost. */
 static const double haze_diagonals = 8.0;
 
+/* From far away it grows with the way to the terrain, so that 60 % is left there at least. */
+static const double haze_clearances = 2.0;
+
 /* Finds --colormap: a built-in name, else a file. */
 static vd_status find_colormap(vd_context *context, const char *name, vd_colormap *out) {
     if (vd_colormap_find(name, out)) {
@@ -36,28 +39,22 @@ static vd_status find_colormap(vd_context *context, const char *name, vd_colorma
                       nearest != NULL ? nearest : list, nearest != NULL ? "?" : "");
 }
 
-static vd_light make_light(const vd_render_settings *s, double diagonal) {
+static vd_light make_light(const vd_render_settings *s) {
     vd_light light = vd_light_daylight(s->sun_azimuth * radians_per_degree,
                                        s->sun_altitude * radians_per_degree);
     if (s->sky_colored) {
         light.zenith = light.horizon = light.nadir = vd_linear_from_rgba8(s->sky_color);
     }
-    /* Haze belongs to a sky, and to distances that mean something. */
-    bool hazy = s->sky && s->camera.projection == VD_PROJECTION_PERSPECTIVE;
-    light.haze_m = s->haze == VD_HAZE_DISTANCE       ? s->haze_m
-                   : s->haze == VD_HAZE_AUTO && hazy ? haze_diagonals * diagonal
-                                                     : 0.0;
+    light.haze_m = s->haze == VD_HAZE_DISTANCE ? s->haze_m : 0.0;
     return light;
 }
 
 static vd_terrain_def make_def(const vd_render_settings *s, const vd_scene *scene,
                                const vd_colormap *colormap) {
-    vd_vec3 low, high;
-    vd_heightfield_bounds(scene->terrain, &low, &high);
     vd_terrain_def def = vd_terrain_def_default();
     def.heightfield = scene->terrain;
     def.colormap = colormap;
-    def.light = make_light(s, vd_vec3_length(vd_vec3_subtract(high, low)));
+    def.light = make_light(s);
     def.filter = s->filter;
     def.samples = s->samples;
     def.exaggeration = s->exaggeration;
@@ -83,19 +80,18 @@ static vd_status describe(vd_render_run *run, const vd_scene *scene, const vd_vi
         return vd_failure(VD_ERROR_MEMORY, "out of memory while describing the camera");
     }
     run->near_m = view->camera.near_m;
-    run->far_m = s->camera.projection == VD_PROJECTION_ORTHOGRAPHIC ? view->camera.far_m : 0.0;
+    run->far_m = view->camera.projection == VD_PROJECTION_ORTHOGRAPHIC ? view->camera.far_m : 0.0;
     return vd_success();
 }
 
 static vd_status estimate(vd_render_run *run, const vd_terrain_def *def, const vd_camera *camera) {
     size_t bytes = 0;
+    vd_process_memory loaded = vd_process_memory_now();
     run->ready_seconds = vd_seconds_now() - run->start;
     vd_status status =
         vd_terrain_estimate(run->context, run->job, def, camera, run->settings->width,
                             run->settings->height, &run->draw_seconds, &bytes);
-    vd_memory_stats memory = vd_context_memory(run->context);
-    size_t drawing = memory.bytes_now + bytes + vd_render_frame_bytes(run->settings);
-    run->estimated_bytes = drawing > memory.bytes_peak ? drawing : memory.bytes_peak;
+    vd_render_estimate_memory(run, &loaded, bytes);
     return status;
 }
 
@@ -116,30 +112,207 @@ static vd_status draw(vd_render_run *run, const vd_terrain_def *def, const vd_ca
     }
     status = vd_terrain_explain_empty(def, camera, s->width, s->height);
     if (!s->allow_empty) {
-        return vd_failure(VD_ERROR_EMPTY, "%.300s (--allow-empty writes the picture all the same)",
-                          status.message);
+        /* Where samples are missing the surface is open, and seen from its side there is none. */
+        const vd_heightfield *h = def->heightfield;
+        char missing[80] = "", share[16];
+        uint64_t all = (uint64_t)h->width * (uint64_t)h->height;
+        if (h->holes > 0 && 100 * h->holes > all) {
+            vd_write_share(h->holes, all, share);
+            snprintf(missing, sizeof missing,
+                     "%s of the samples are missing, which --missing fill closes; ", share);
+        }
+        return vd_failure(VD_ERROR_EMPTY,
+                          "%.400s (%s--allow-empty writes the picture all the same)",
+                          status.message, missing);
     }
-    vd_log(run->context, VD_LOG_WARNING, "%.300s", status.message);
+    vd_log(run->context, VD_LOG_WARNING, "%.400s", status.message);
     return vd_success();
+}
+
+/* ---- where the camera stands ------------------------------------------------------------------
+ */
+
+/* Draws a thumbnail without light and tells which share of its samples show terrain. */
+static vd_status probe(vd_render_run *run, const vd_terrain_def *def, const vd_camera *camera,
+                       double *share) {
+    const vd_render_settings *s = run->settings;
+    double scale = fmin(1.0, sqrt(1024.0 / ((double)s->width * s->height)));
+    int width = (int)fmax(1.0, s->width * scale), height = (int)fmax(1.0, s->height * scale);
+    vd_terrain_def plain = *def;
+    plain.shading = plain.shadows = false;
+    plain.light.haze_m = 0.0;
+    plain.samples = 4; /* beside the middle, where a single needle may stand */
+    vd_camera small = *camera;
+    small.near_m = fmin(small.near_m, 1e-3); /* what --near hides is no matter of the direction */
+    double x = (double)width / s->width, y = (double)height / s->height;
+    small.lens.fx *= x;
+    small.lens.cx *= x;
+    small.lens.fy *= y;
+    small.lens.cy *= y;
+    vd_frame *frame = NULL;
+    vd_frame_stats stats = {0, 0};
+    vd_status status = vd_frame_create(run->context, width, height, 0, &frame);
+    if (status.code == VD_OK) {
+        status = vd_terrain_render(run->context, run->job, &plain, &small, frame, &stats);
+    }
+    vd_frame_destroy(&frame);
+    if (status.code == VD_OK) {
+        *share = stats.samples > 0 ? (double)stats.hits / (double)stats.samples : 0.0;
+    }
+    return status;
+}
+
+/* Frames without curvature where the formula, made for the distances of one view on land, would
+ * move the eye by more than a tenth of its distance: there it bends the map out of the picture. */
+static vd_status flatten_far_view(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def,
+                                  vd_view *view) {
+    const vd_render_settings *s = run->settings;
+    vd_view flat;
+    vd_status status =
+        vd_view_make(scene, &s->camera, s->exaggeration, false, s->width, s->height, &flat);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    double moved = vd_vec3_length(vd_vec3_subtract(view->camera.eye, flat.camera.eye));
+    if (moved > 0.1 * flat.exact.distance_m) {
+        flat.flattened = true;
+        def->curvature = false;
+        *view = flat;
+        vd_log(run->context, VD_LOG_WARNING,
+               "the camera stands %.4g km away, for which the Earth's curvature is left out "
+               "(--curvature on keeps it)",
+               1e-3 * flat.exact.distance_m);
+    }
+    return vd_success();
+}
+
+/* Looks from above where the framed view shows next to nothing and no elevation was asked for, as
+ * with heights far larger than the map, of which only the open sides would be seen. Rays that
+ * spread may still miss slopes that steep; parallel ones straight down miss nothing. */
+static vd_status raise_empty_view(vd_render_run *run, const vd_scene *scene,
+                                  const vd_terrain_def *def, vd_view *view) {
+    static const double next_to_nothing = 0.002, plenty = 0.1;
+    const vd_render_settings *s = run->settings;
+    double share = 0.0, share_above = 0.0;
+    vd_status status = probe(run, def, &view->camera, &share);
+    if (status.code != VD_OK || share > next_to_nothing) {
+        return status;
+    }
+    vd_camera_settings above = s->camera;
+    vd_view raised;
+    above.elevation = 90.0;
+    for (int projection = above.projection; projection < VD_PROJECTION_COUNT; projection++) {
+        above.projection = (vd_projection)projection;
+        status = vd_view_make(scene, &above, s->exaggeration, def->curvature, s->width, s->height,
+                              &raised);
+        if (status.code == VD_OK) {
+            status = probe(run, def, &raised.camera, &share_above);
+        }
+        if (status.code != VD_OK || share_above > plenty) {
+            break;
+        }
+    }
+    if (status.code == VD_OK && share_above > 2.0 * share) {
+        raised.flattened = view->flattened;
+        *view = raised;
+        vd_log(
+            run->context, VD_LOG_WARNING,
+            "from %.4g degrees above the horizon the terrain would not be seen; the camera looks "
+            "straight down%s (--elevation chooses)",
+            s->camera.elevation,
+            raised.exact.projection != s->camera.projection ? ", orthographic" : "");
+    }
+    return status;
+}
+
+/* Haze belongs to a sky, and to distances that mean something. */
+static void settle_haze(const vd_render_settings *s, const vd_scene *scene, const vd_view *view,
+                        vd_light *light) {
+    if (s->haze == VD_HAZE_AUTO && s->sky && view->camera.projection == VD_PROJECTION_PERSPECTIVE) {
+        vd_vec3 low, high;
+        vd_heightfield_bounds(scene->terrain, &low, &high);
+        light->haze_m = fmax(haze_diagonals * vd_vec3_length(vd_vec3_subtract(high, low)),
+                             haze_clearances * vd_view_clearance_m(scene, view, s->exaggeration));
+    }
+}
+
+/* What is legal but surely not meant. */
+static void warn(vd_render_run *run, const vd_scene *scene, const vd_terrain_def *def,
+                 const vd_view *view) {
+    const vd_render_settings *s = run->settings;
+    vd_vec3 low, high;
+    vd_heightfield_bounds(scene->terrain, &low, &high);
+    double relief = (high.z - low.z) * s->exaggeration;
+    double extent = fmax(high.x - low.x, high.y - low.y);
+    if (extent > 0.0 && relief > 10.0 * extent) {
+        vd_log(run->context, VD_LOG_WARNING,
+               "the heights span %.4g m and the map only %.4g m; give %s--height-scale if that is "
+               "not so",
+               relief, extent, scene->kind == VD_CRS_NONE ? "--cell-size or " : "");
+    }
+    double clearance = vd_view_clearance_m(scene, view, s->exaggeration);
+    if (def->light.haze_m > 0.0 && clearance > 3.0 * def->light.haze_m) {
+        double left = 100.0 * exp(-clearance / def->light.haze_m);
+        vd_log(run->context, VD_LOG_WARNING,
+               "haze of %.4g km leaves %s%.2g %% of the contrast at the terrain's nearest point, "
+               "%.4g km away; give a larger --haze, or a nearer camera",
+               1e-3 * def->light.haze_m, left < 0.01 ? "less than " : "", fmax(left, 0.01),
+               1e-3 * clearance);
+    }
+}
+
+static vd_status make_view(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def,
+                           vd_view *out) {
+    const vd_render_settings *s = run->settings;
+    const vd_camera_settings *camera = &s->camera;
+    vd_view view;
+    vd_status status =
+        vd_view_make(scene, camera, s->exaggeration, def->curvature, s->width, s->height, &view);
+    bool framed = camera->spelling == VD_SPELLING_ORBIT && camera->distance_m == 0.0;
+    if (status.code == VD_OK && framed && def->curvature && s->curvature < 0) {
+        status = flatten_far_view(run, scene, def, &view);
+    }
+    bool free_to_rise =
+        framed && !camera->elevation_given && camera->target.kind == VD_POSITION_NONE;
+    if (status.code == VD_OK && free_to_rise) {
+        status = raise_empty_view(run, scene, def, &view);
+    }
+    if (status.code == VD_OK && !s->allow_empty) {
+        status = vd_view_check_ground(scene, &view, s->exaggeration);
+    }
+    if (status.code == VD_OK) {
+        settle_haze(s, scene, &view, &def->light);
+        warn(run, scene, def, &view);
+        *out = view;
+    }
+    return status;
 }
 
 static vd_status draw_scene(vd_render_run *run, const vd_scene *scene,
                             const vd_colormap *colormap) {
-    const vd_render_settings *s = run->settings;
-    vd_terrain_def def = make_def(s, scene, colormap);
+    vd_terrain_def def = make_def(run->settings, scene, colormap);
     vd_view view;
-    vd_status status =
-        vd_view_make(scene, &s->camera, s->exaggeration, def.curvature, s->width, s->height, &view);
-    if (status.code == VD_OK && !s->allow_empty) {
-        status = vd_view_check_ground(scene, &view, s->exaggeration);
-    }
+    vd_status status = make_view(run, scene, &def, &view);
     if (status.code == VD_OK) {
         status = describe(run, scene, &view);
     }
     if (status.code != VD_OK) {
         return status;
     }
-    return s->dry_run ? estimate(run, &def, &view.camera) : draw(run, &def, &view.camera);
+    return run->settings->dry_run ? estimate(run, &def, &view.camera)
+                                  : draw(run, &def, &view.camera);
+}
+
+/* Where the data reach from land to the sea floor, colours that stretch over all of it show neither
+ * coast nor depth. No dry land lies below -500 m (the Dead Sea's shore is at -430 m). */
+static void suggest_colormap(const vd_render_settings *s, const vd_scene *scene,
+                             vd_colormap *colormap) {
+    const vd_heightfield *t = scene->terrain;
+    vd_colormap topo;
+    if (!s->colormap_given && scene->kind != VD_CRS_NONE && t->min < -500.0f && t->max > 0.0f &&
+        vd_colormap_find("topo", &topo)) {
+        *colormap = topo;
+    }
 }
 
 vd_status vd_render_terrain(vd_render_run *run) {
@@ -171,6 +344,7 @@ vd_status vd_render_terrain(vd_render_run *run) {
         status = vd_failure(VD_ERROR_CANCELLED, "cancelled");
     }
     if (status.code == VD_OK) {
+        suggest_colormap(s, &scene, &colormap);
         status = draw_scene(run, &scene, &colormap);
     }
     vd_scene_finish(&scene);

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -20,6 +21,32 @@ double vd_seconds_now(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+double vd_processor_seconds_now(void) {
+    struct timespec spent;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
+    return (double)spent.tv_sec + 1e-9 * (double)spent.tv_nsec;
+}
+
+vd_process_memory vd_process_memory_now(void) {
+    vd_process_memory memory = {0};
+    struct rusage usage;
+    if (getrusage(RUSAGE_SELF, &usage) == 0) {
+        memory.peak_bytes = (size_t)usage.ru_maxrss * 1024;
+    }
+    unsigned long long pages = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    if (file == NULL || fscanf(file, "%*u %llu", &pages) != 1) {
+        pages = 0;
+    }
+    if (file != NULL) {
+        fclose(file);
+    }
+    long page_bytes = sysconf(_SC_PAGESIZE);
+    memory.now_bytes =
+        pages > 0 && page_bytes > 0 ? (size_t)pages * (size_t)page_bytes : memory.peak_bytes;
+    return memory;
 }
 
 /* ---- notes ------------------------------------------------------------------------------------
@@ -147,6 +174,25 @@ static bool same_file(const struct stat *a, const char *path) {
            a->st_ino == b.st_ino;
 }
 
+/* The part of a path behind its folder, which is written to `folder`. */
+static const char *split_path(const char *path, char folder[4096]) {
+    const char *slash = strrchr(path, '/');
+    int length = slash == path ? 1 : slash != NULL ? (int)(slash - path) : 0;
+    snprintf(folder, 4096, "%.*s", length > 0 ? length : 1, length > 0 ? path : ".");
+    return slash != NULL ? slash + 1 : path;
+}
+
+bool vd_same_place(const char *one, const char *other) {
+    if (strcmp(one, "-") == 0 || strcmp(other, "-") == 0) {
+        return strcmp(one, other) == 0;
+    }
+    char folder[4096], folder_of_other[4096];
+    struct stat there;
+    return strcmp(split_path(one, folder), split_path(other, folder_of_other)) == 0 &&
+           (strcmp(folder, folder_of_other) == 0 ||
+            (stat(folder, &there) == 0 && same_file(&there, folder_of_other)));
+}
+
 vd_status vd_check_output(const char *option, const char *path, const char *const *inputs,
                           int count) {
     if (strcmp(path, "-") == 0) {
@@ -177,12 +223,8 @@ vd_status vd_check_output(const char *option, const char *path, const char *cons
                                     path, strerror(errno));
         }
     }
-    char folder[4096] = ".";
-    const char *slash = strrchr(path, '/');
-    if (slash != NULL) {
-        int length = slash == path ? 1 : (int)(slash - path);
-        snprintf(folder, sizeof folder, "%.*s", length, path);
-    }
+    char folder[4096];
+    (void)split_path(path, folder);
     if (stat(folder, &there) != 0 || !S_ISDIR(there.st_mode)) {
         return vd_failure(VD_ERROR_IO,
                           "cannot write %.160s: there is no folder %.160s; make it "

@@ -13,6 +13,16 @@ int vd_report(const vd_status *status, int code);
 /* Seconds of a clock that only goes forward. */
 double vd_seconds_now(void);
 
+/* Seconds that processors have spent on this process, all threads together. */
+double vd_processor_seconds_now(void);
+
+/* Memory that this process holds, its code and libraries included: now, and the most so far. */
+typedef struct vd_process_memory {
+    size_t now_bytes, peak_bytes;
+} vd_process_memory;
+
+vd_process_memory vd_process_memory_now(void);
+
 /* The library's log: notes go to standard error unless `quiet`, and are kept for --json. */
 typedef struct vd_notes {
     pthread_mutex_t lock;
@@ -42,6 +52,9 @@ typedef struct vd_progress {
 
 void vd_progress_start(vd_progress *progress, const vd_job *job, bool quiet);
 void vd_progress_stop(vd_progress *progress);
+
+/* Whether two paths that may not exist yet name one file: the same name in the same folder. */
+bool vd_same_place(const char *one, const char *other);
 
 /* Checks that `path` can be written: its folder is there and lets files be made, it is no folder
  * itself, and it is none of the `count` files in `inputs` (null entries are skipped). */

@@ -4,15 +4,18 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "geo_module.h"
 
-/* Reads the first bytes of a file; what cannot be read gives zeros. Standard input is not touched.
- */
+/* Reads the first bytes of a file; what cannot be read gives zeros. Standard input and pipes are
+ * not touched: what is read of them is gone. */
 static void read_magic(const char *path, unsigned char magic[8]) {
+    struct stat info;
     memset(magic, 0, 8);
-    FILE *file = strcmp(path, "-") == 0 ? NULL : fopen(path, "rb");
+    bool regular = strcmp(path, "-") != 0 && stat(path, &info) == 0 && S_ISREG(info.st_mode);
+    FILE *file = regular ? fopen(path, "rb") : NULL;
     if (file != NULL) {
         if (fread(magic, 1, 8, file) == 0) {
             memset(magic, 0, 8);
@@ -34,12 +37,16 @@ static const char *picture_format(const char *path) {
     return NULL;
 }
 
+static bool is_standard_input(const char *path) {
+    return strcmp(path, "-") == 0;
+}
+
 /* True when a file of georeference stands beside `path`: GDAL reads it, the core does not. */
 static bool has_sidecar(const char *path) {
     static const char *const replacing[] = {".prj", ".wld", ".pgw", ".tfw", ".jgw", ".aux"};
     char name[4096];
     size_t length = strlen(path);
-    if (length + 16 > sizeof name) {
+    if (length + 16 > sizeof name || is_standard_input(path)) {
         return false;
     }
     snprintf(name, sizeof name, "%s.aux.xml", path);
@@ -138,10 +145,12 @@ vd_status vd_scene_load_dem(vd_context *context, const vd_scene_def *def, vd_dem
     if (format != NULL) {
         const char *picture = picture_format(def->inputs[0]);
         const char *dot = strrchr(def->inputs[0], '.');
+        bool standard = is_standard_input(def->inputs[0]);
         bool hgt = dot != NULL && (strcmp(dot, ".hgt") == 0 || strcmp(dot, ".HGT") == 0);
         snprintf(format, format_bytes, "%s",
                  def->dem.raw_width > 0 ? "raw numbers"
                  : picture != NULL      ? picture
+                 : standard             ? "standard input"
                  : hgt                  ? "SRTM .hgt, EPSG:4326"
                                         : "ESRI ASCII grid");
     }
@@ -160,10 +169,27 @@ vd_status vd_scene_load_dem(vd_context *context, const vd_scene_def *def, vd_dem
         return load_by_geo(context, def, out, format, format_bytes);
     }
     vd_status status = load_by_core(context, def, out);
+    for (int i = 0; i < def->input_count && status.code == VD_ERROR_UNSUPPORTED; i++) {
+        if (is_standard_input(def->inputs[i])) {
+            return vd_failure(VD_ERROR_UNSUPPORTED,
+                              "cannot read standard input: it can be PNG, PGM, an ESRI ASCII grid "
+                              "or raw numbers; .hgt, whose name says where it lies, and what only "
+                              "GDAL reads need a name: save it to a file");
+        }
+    }
     if (status.code == VD_ERROR_UNSUPPORTED && def->dem.raw_width == 0) {
         return load_by_geo(context, def, out, format, format_bytes);
     }
     return status;
+}
+
+void vd_write_share(uint64_t part, uint64_t whole, char out[16]) {
+    double percent = whole > 0 ? 100.0 * (double)part / (double)whole : 0.0;
+    if (part < whole && percent > 99.9) {
+        snprintf(out, 16, "> 99.9 %%");
+    } else {
+        snprintf(out, 16, "%.3g %%", percent);
+    }
 }
 
 /* Says how much of the terrain is missing, and fills it where asked. */
@@ -179,11 +205,12 @@ static vd_status settle_missing(vd_context *context, const vd_scene_def *def, vd
     if (dem->missing == 0) {
         return vd_success();
     }
+    char share[16];
+    vd_write_share(dem->missing, samples, share);
     vd_log(context, VD_LOG_WARNING,
-           "%.200s: %llu of %llu samples (%.3g %%) are missing; they are "
+           "%.200s: %llu of %llu samples (%s) are missing; they are "
            "%s",
-           name, (unsigned long long)dem->missing, (unsigned long long)samples,
-           100.0 * (double)dem->missing / (double)samples,
+           name, (unsigned long long)dem->missing, (unsigned long long)samples, share,
            def->fill_missing ? "filled from their neighbours"
                              : "left as holes (--missing fill closes them)");
     return def->fill_missing ? vd_dem_fill(dem) : vd_success();
@@ -195,8 +222,8 @@ static vd_status settle_missing(vd_context *context, const vd_scene_def *def, vd
 static vd_status load_color(vd_context *context, const vd_scene_def *def, const vd_dem *dem,
                             vd_picture **out, double color_from_sample[6], bool *placed) {
     /* What cannot be opened goes to the core's reader, which says best what is wrong with it. */
-    bool standard = strcmp(def->color, "-") == 0;
-    bool own = standard || access(def->color, R_OK) != 0 || picture_format(def->color) != NULL;
+    bool own = is_standard_input(def->color) || access(def->color, R_OK) != 0 ||
+               picture_format(def->color) != NULL;
     bool needs_geo = !own || def->bands[0] > 0;
     bool by_geo = false;
     vd_geo_module geo;
@@ -302,6 +329,7 @@ vd_status vd_scene_world_from_latlon(const vd_scene *scene, double latitude, dou
         crs_x -= 360.0 * floor((crs_x - scene->placement.origin_x) / 360.0 + 0.5);
     } else {
         vd_geo_module geo;
+        longitude -= 360.0 * floor((longitude + 180.0) / 360.0);
         vd_status status = vd_geo_module_open("convert latitude and longitude", &geo);
         if (status.code == VD_OK) {
             status =

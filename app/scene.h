@@ -36,6 +36,9 @@ typedef struct vd_scene {
 VD_MUST_USE vd_status vd_scene_load_dem(vd_context *context, const vd_scene_def *def, vd_dem **out,
                                         char *format, size_t format_bytes);
 
+/* Writes a share as people read it: "6.25 %", and "> 99.9 %" where "100 %" would be a lie. */
+void vd_write_share(uint64_t part, uint64_t whole, char out[16]);
+
 /* Loads elevation and imagery. What is remarkable goes to the context's log. */
 VD_MUST_USE vd_status vd_scene_load(vd_context *context, const vd_scene_def *def, vd_scene *out);
 void vd_scene_finish(vd_scene *scene);

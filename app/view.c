@@ -141,10 +141,11 @@ static framing framing_start(const vd_scene *scene, double exaggeration, bool cu
 static void frame_orbit(framing *f, const vd_scene *scene, vd_camera_settings *exact,
                         bool has_target, vd_vec3 *target) {
     vd_vec3 middle = scene_middle(scene, f->exaggeration);
-    double least = 1e-3 * (1.0 + scene_diagonal(scene, f->exaggeration));
+    bool flat = exact->projection == VD_PROJECTION_ORTHOGRAPHIC;
+    /* An orthographic picture's scale follows from the distance alone: heights do not matter. */
+    double least = flat ? 1e-9 : 1e-3 * (1.0 + scene_diagonal(scene, f->exaggeration));
     f->target = has_target ? *target : middle;
     f->eye = f->target;
-    bool flat = exact->projection == VD_PROJECTION_ORTHOGRAPHIC;
     for (int pass = 0; pass < 4; pass++) {
         frame_terrain(f);
         if (has_target) {
@@ -236,6 +237,7 @@ static vd_status place_orbit(const vd_scene *scene, double exaggeration, bool cu
 static vd_status place_eye(const vd_scene *scene, double exaggeration, vd_view *view) {
     vd_camera_settings *exact = &view->exact;
     vd_camera *camera = &view->camera;
+    bool geographic = exact->eye.kind != VD_POSITION_WORLD;
     vd_status status = resolve(scene, exaggeration, "--eye", &exact->eye, &camera->eye);
     if (status.code != VD_OK) {
         return status;
@@ -258,6 +260,14 @@ static vd_status place_eye(const vd_scene *scene, double exaggeration, vd_view *
     if (exact->distance_m == 0.0) {
         return vd_failure(VD_ERROR_ARGUMENT, "--eye and --target are the same place, which is no "
                                              "direction; move one of them");
+    }
+    double dx = target.x - camera->eye.x, dy = target.y - camera->eye.y;
+    if (geographic && sqrt(dx * dx + dy * dy) < 1e-6 * exact->distance_m) {
+        vd_log(scene->context, VD_LOG_WARNING,
+               "--target is straight %s --eye, so the camera looks straight %s from a distance of "
+               "%.4g m; give another --target, or --heading",
+               target.z < camera->eye.z ? "below" : "above",
+               target.z < camera->eye.z ? "down" : "up", exact->distance_m);
     }
     /* look_at knows no roll: turning about the view axis comes before it. */
     vd_quat roll = vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), exact->roll * radians_per_degree);
@@ -318,6 +328,16 @@ vd_status vd_view_check_ground(const vd_scene *scene, const vd_view *view, doubl
                       ground - eye.z, remedy);
 }
 
+double vd_view_clearance_m(const vd_scene *scene, const vd_view *view, double exaggeration) {
+    vd_vec3 low, high, eye = view->camera.eye;
+    vd_heightfield_bounds(scene->terrain, &low, &high);
+    vd_vec3 outside = {
+        fmax(fmax(low.x - eye.x, eye.x - high.x), 0.0),
+        fmax(fmax(low.y - eye.y, eye.y - high.y), 0.0),
+        fmax(fmax(low.z * exaggeration - eye.z, eye.z - high.z * exaggeration), 0.0)};
+    return vd_vec3_length(outside);
+}
+
 /* ---- the way back -----------------------------------------------------------------------------
  */
 
@@ -365,7 +385,10 @@ void vd_view_flags(const vd_view *view, char *out, size_t out_bytes) {
     used = add_number(out, out_bytes, used, "fov", c->fov);
     used = add_number(out, out_bytes, used, "near", c->near_m);
     if (c->projection == VD_PROJECTION_ORTHOGRAPHIC) {
-        add(out, out_bytes, used, "--projection orthographic");
+        used = add(out, out_bytes, used, "--projection orthographic");
+    }
+    if (view->flattened) {
+        add(out, out_bytes, used, "--curvature off");
     }
 }
 
@@ -396,6 +419,9 @@ json_t *vd_view_json(const vd_view *view) {
     failed |= json_object_set_new(root, "near", json_real(c->near_m)) != 0;
     if (c->projection == VD_PROJECTION_ORTHOGRAPHIC) {
         failed |= json_object_set_new(root, "projection", json_string("orthographic")) != 0;
+    }
+    if (view->flattened) {
+        failed |= json_object_set_new(root, "curvature", json_false()) != 0;
     }
     if (failed) {
         json_decref(root);

@@ -12,6 +12,7 @@
 typedef struct vd_view {
     vd_camera camera;
     vd_camera_settings exact;
+    bool flattened; /* the curvature that would be on was left out: said beside the camera */
 } vd_view;
 
 /* The settings of a render command without camera options. */
@@ -27,6 +28,9 @@ VD_MUST_USE vd_status vd_view_make(const vd_scene *scene, const vd_camera_settin
 /* Returns VD_ERROR_EMPTY when the camera is under ground, with what to do about it. */
 VD_MUST_USE vd_status vd_view_check_ground(const vd_scene *scene, const vd_view *view,
                                            double exaggeration);
+
+/* Metres from the eye to the nearest point of the terrain's box; 0 inside. */
+double vd_view_clearance_m(const vd_scene *scene, const vd_view *view, double exaggeration);
 
 /* Writes the flags that make the same camera, cut at out_bytes. */
 void vd_view_flags(const vd_view *view, char *out, size_t out_bytes);

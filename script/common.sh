@@ -5,6 +5,7 @@ set -euo pipefail
 
 # The checkout, wherever it lies; every script works from here.
 ROOT="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+started="$(cd "$(dirname "$0")" && pwd)/$(basename "$0")"
 cd "$ROOT"
 
 # Nothing here may wait for an answer.
@@ -16,6 +17,22 @@ fail() {
     say "$(basename "$0"): $*"
     exit 1
 }
+
+# bad_use SENTENCE: fail for arguments that are not understood.
+bad_use() {
+    say "$(basename "$0"): $*; --help says more"
+    exit 2
+}
+
+# --help prints the comment at the head of the script that was started.
+for argument in "$@"; do
+    case "$argument" in
+    -h | --help)
+        awk 'NR > 1 && !/^#/ { exit } NR > 1 { sub(/^# ?/, ""); print }' "$started"
+        exit 0
+        ;;
+    esac
+done
 
 # quietly LOG COMMAND…: runs a command with its output in LOG; when it fails, shows the log's end.
 quietly() {

@@ -34,6 +34,8 @@ static void read_back(const char *path, char *out, size_t out_bytes) {
     }
 }
 
+static const char *standard_input = "/dev/null"; /* of the next runs */
+
 static pid_t start(const char *const *arguments, int count) {
     char *argv[48] = {(char *)program};
     for (int i = 0; i < count; i++) {
@@ -41,7 +43,7 @@ static pid_t start(const char *const *arguments, int count) {
     }
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 0, standard_input, O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions, 1, "out.txt", O_WRONLY | O_CREAT | O_TRUNC, 0644);
     posix_spawn_file_actions_addopen(&actions, 2, "err.txt", O_WRONLY | O_CREAT | O_TRUNC, 0644);
     pid_t child = 0;
@@ -251,6 +253,12 @@ static void test_options_file(void **state) {
     SUCCEEDS("render", "--options", "view.json", "--json", "--sun", "200,30");
     take_hash(again);
     assert_string_not_equal(hash, again);
+    SUCCEEDS("render", "view.json", "-s", "32x18", "--eye", "20,-60,300", "--pitch", "-70");
+    FILE *file = fopen("newer.json", "wb");
+    fputs("{\"veduta\": \"99.0\", \"inputs\": [\"h.pgm\"], \"azimuth\": 3}", file);
+    fclose(file);
+    SUCCEEDS("render", "newer.json", "-s", "32x18", "--eye", "20,-60,300", "--pitch", "-70");
+    expect_text(last.err, "newer than this", "a note");
     /* A file in another folder brings its own paths. */
     mkdir("deeper", 0755);
     SUCCEEDS("render", "h.pgm", "-s", "48x27", "--sun", "80,30", "-o", "one.png", "--save",
@@ -276,6 +284,9 @@ static void test_planes(void **state) {
     assert_int_equal(vd_picture_color(cut, 0, 0).a, 0);
     unload(cut);
     FAILS(2, "two results", "render", "h.pgm", "-o", "c.png", "--ids", "c.png");
+    FAILS(2, "two results", "render", "h.pgm", "-o", "c.png", "--save", "c.png");
+    FAILS(2, "two results", "render", "h.pgm", "-o", "c.png", "--save", "./c.png");
+    FAILS(2, "two results", "render", "h.pgm", "-o", "-", "--save", "-");
 }
 
 static void test_dry_run(void **state) {
@@ -285,7 +296,9 @@ static void test_dry_run(void **state) {
     expect_text(last.out, "memory", "--dry-run");
     assert_false(exists("dry.png"));
     SUCCEEDS("render", dem_png, "-s", "64x36", "--dry-run", "--json");
-    expect_text(last.out, "\"memory_bytes\"", "--dry-run --json");
+    const char *memory = strstr(last.out, "\"memory_bytes\": ");
+    assert_non_null(memory);
+    assert_true(atof(memory + 16) > 2e6); /* the program itself counts, not the picture alone */
 }
 
 static void test_bad_use(void **state) {
@@ -298,6 +311,26 @@ static void test_bad_use(void **state) {
     FAILS(2, "name two", "compare", "a.png");
     FAILS(2, "there is no file", "info");
     FAILS(2, "--tolerance", "compare", "a", "b", "--tolerance", "-1");
+}
+
+static void test_standard_input(void **state) {
+    (void)state;
+    char hash[17], again[17];
+    write_pnm("h.pgm", 40, 30, 1);
+    SUCCEEDS("render", "h.pgm", "-s", "48x27", "-o", "a.png", "--json");
+    take_hash(hash);
+    standard_input = "h.pgm";
+    SUCCEEDS("render", "-", "-s", "48x27", "-o", "a.png", "--json");
+    take_hash(again);
+    assert_string_equal(hash, again);
+    SUCCEEDS("info", "-");
+    expect_text(last.out, "format      standard input", "info");
+    FAILS(2, "can be read once", "render", "-", "--color", "-");
+    standard_input = dem_tif;
+    FAILS(1, ".hgt", "render", "-");
+    standard_input = "/dev/null";
+    FAILS(1, "standard input: it is empty", "render", "-");
+    FAILS(1, "it is a device", "render", "/dev/zero");
 }
 
 static void test_bad_data(void **state) {
@@ -330,6 +363,7 @@ static void test_empty(void **state) {
           "empty.png");
     FAILS(1, "under ground", "render", dem_png, "-s", "32x18", "--eye", "300,-200,10", "-o",
           "empty.png");
+    FAILS(1, "near plane", "render", dem_png, "-s", "32x18", "--near", "1e9", "-o", "empty.png");
     FAILS(1, "below the horizon", "render", dem_png, "--sun", "0,-3", "-o", "empty.png");
     assert_false(exists("empty.png"));
     SUCCEEDS("render", dem_png, "-s", "32x18", "--eye", "0,0,9000", "--pitch", "80", "-o",
@@ -373,6 +407,93 @@ static void test_holes(void **state) {
     take_hash(filled);
     expect_text(last.err, "filled", "a note");
     assert_string_not_equal(holes, filled);
+}
+
+/* Writes an ESRI ASCII grid of n × n samples whose heights a function gives; NaN is missing. */
+static void write_asc(const char *path, int n, const char *head, double (*height)(int, int)) {
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fprintf(file, "ncols %d\nnrows %d\n%s\nNODATA_value -99999\n", n, n, head);
+    for (int row = 0; row < n; row++) {
+        for (int column = 0; column < n; column++) {
+            fprintf(file, "%.10g ", height(column, row));
+        }
+        fputc('\n', file);
+    }
+    fclose(file);
+}
+
+static double ramp(int column, int row) {
+    return 1024.0 * row + 16.0 * column;
+}
+
+static double needle(int column, int row) {
+    return column == 10 && row == 10 ? 8848000.0 : 100.0;
+}
+
+static double every_second(int column, int row) {
+    return (column + row) % 2 == 0 ? -99999.0 : 5.0;
+}
+
+static double coast(int column, int row) {
+    return (column - 8) * 150.0 + row;
+}
+
+static double rift(int column, int row) {
+    return (column - 8) * 50.0 + row;
+}
+
+/* Legal data without a camera always give a picture, and one camera that repeats it. */
+static void test_framing(void **state) {
+    (void)state;
+    static const char *const metres = "xllcorner 500000\nyllcorner 5000000\ncellsize 30";
+    static const char *const degrees = "xllcorner 7\nyllcorner 45\ncellsize 0.05";
+    write_asc("ramp.asc", 20, metres, ramp);
+    write_asc("needle.asc", 20, metres, needle);
+    write_asc("degrees.asc", 17, degrees, rift);
+    static const char *const cases[][3] = {{"ramp.asc", "48x27", "straight down"},
+                                           {"needle.asc", "48x27", "--height-scale"},
+                                           {"degrees.asc", "2x400", "curvature is left out"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char hash[17], again[17];
+        SUCCEEDS("render", cases[i][0], "-s", cases[i][1], "-o", "a.png", "--json");
+        expect_text(last.err, cases[i][2], "a note");
+        take_hash(hash);
+        SUCCEEDS("render", cases[i][0], "-s", cases[i][1], "-o", "a.png", "-q", "--print-camera");
+        FILE *file = fopen("camera.json", "wb");
+        fputs(strchr(last.out, '{'), file);
+        fclose(file);
+        SUCCEEDS("render", cases[i][0], "camera.json", "-s", cases[i][1], "-o", "a.png", "--json");
+        take_hash(again);
+        assert_string_equal(hash, again);
+    }
+    write_asc("sieve.asc", 20, metres, every_second);
+    FAILS(1, "--missing fill", "render", "sieve.asc", "-q", "-s", "48x27", "--elevation", "90");
+}
+
+static void test_advice(void **state) {
+    (void)state;
+    static const char *const degrees = "xllcorner 7\nyllcorner 45\ncellsize 0.05";
+    write_asc("coast.asc", 17, degrees, coast);
+    write_asc("rift.asc", 17, degrees, rift);
+    SUCCEEDS("render", "rift.asc", "-s", "32x18", "-o", "a.png", "--haze", "5km");
+    expect_text(last.err, "--haze", "a note");
+    SUCCEEDS("render", "rift.asc", "-s", "32x18", "-o", "a.png", "--haze", "900km");
+    assert_null(strstr(last.err, "--haze"));
+    SUCCEEDS("render", "rift.asc", "-s", "32x18", "-o", "a.png", "--eye", "45.31,7.32,2m",
+             "--target", "45.31,7.32");
+    expect_text(last.err, "straight down", "a note");
+    /* Sea floor takes sea colours, land below the sea's level does not. */
+    static const char *const maps[][2] = {{"coast.asc", "topo"}, {"rift.asc", "terrain"}};
+    for (int i = 0; i < 2; i++) {
+        char hash[17], again[17];
+        SUCCEEDS("render", maps[i][0], "-s", "32x18", "-o", "a.png", "--json");
+        take_hash(hash);
+        SUCCEEDS("render", maps[i][0], "-s", "32x18", "-o", "a.png", "--json", "--colormap",
+                 maps[i][1]);
+        take_hash(again);
+        assert_string_equal(hash, again);
+    }
 }
 
 /* The command line of the acceptance checks: all methods, the same bytes. */
@@ -475,7 +596,8 @@ int main(void) {
         cmocka_unit_test(test_bad_data),      cmocka_unit_test(test_empty),
         cmocka_unit_test(test_interrupt),     cmocka_unit_test(test_holes),
         cmocka_unit_test(test_classic),       cmocka_unit_test(test_compare),
-        cmocka_unit_test(test_georeferenced),
+        cmocka_unit_test(test_georeferenced), cmocka_unit_test(test_standard_input),
+        cmocka_unit_test(test_framing),       cmocka_unit_test(test_advice),
     };
     return cmocka_run_group_tests(tests, enter_folder, leave_folder);
 }

@@ -306,6 +306,9 @@ static void file_errors_name_path_and_remedy(void **state) {
     assert_non_null(strstr(status.message, "/nonexistent/x.png"));
     status = vd_file_read(context, VEDUTA_BINARY_DIR, 100, &data, &size);
     assert_int_equal(status.code, VD_ERROR_IO);
+    status = vd_file_read(context, "/dev/zero", 100, &data, &size);
+    assert_int_equal(status.code, VD_ERROR_IO);
+    assert_non_null(strstr(status.message, "it is a device"));
     vd_file file;
     status = vd_file_create(context, "/nonexistent/y.png", &file);
     assert_int_equal(status.code, VD_ERROR_IO);

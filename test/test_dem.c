@@ -548,6 +548,61 @@ static void refuse_join(const vd_dem *a, const vd_dem *b, vd_code code, const ch
     assert_non_null(strstr(status.message, part));
 }
 
+static void far_parts_are_refused(void **state) {
+    (void)state;
+    /* Two parts may span 64 times what they hold: 18 of 3 × 3 samples at most 1152. */
+    const double cell = 1.0 / 1200;
+    vd_dem *a = make_whole(3, 3, 1), *b = make_whole(3, 3, 2), *joined = NULL;
+    const vd_dem *parts[2] = {a, b};
+    b->transform[3] = 46.0 - 381.0 * cell;
+    assert_ok(vd_dem_mosaic(context, parts, 2, &joined));
+    assert_true(joined->width == 3 && joined->height == 384);
+    vd_dem_destroy(&joined);
+    b->transform[3] -= cell;
+    refuse_join(a, b, VD_ERROR_LIMIT, "3 × 385 samples, 64 times as many as they hold");
+    vd_dem_destroy(&a);
+    vd_dem_destroy(&b);
+    /* However long, a chain of parts that touch each other is one place. */
+    enum { LINKS = 100 };
+    vd_dem *chain[LINKS];
+    for (int i = 0; i < LINKS; i++) {
+        chain[i] = make_whole(2, 2, (uint64_t)i + 1);
+        chain[i]->transform[0] += 2.0 * cell * i;
+        chain[i]->transform[3] -= 2.0 * cell * i;
+    }
+    assert_ok(vd_dem_mosaic(context, (const vd_dem *const *)chain, LINKS, &joined));
+    assert_true(joined->width == 2 * LINKS && joined->height == 2 * LINKS);
+    vd_dem_destroy(&joined);
+    for (int i = 0; i < LINKS; i++) {
+        vd_dem_destroy(&chain[i]);
+    }
+    /* Each dense enough, but more than a side can hold. */
+    a = make_whole(40000, 1, 3);
+    b = make_whole(40000, 1, 4);
+    b->transform[0] = a->transform[0] + 40000.0 * cell;
+    refuse_join(a, b, VD_ERROR_LIMIT, "together they span 80000 × 1 samples, more than 65535");
+    vd_dem_destroy(&a);
+    vd_dem_destroy(&b);
+}
+
+/* A part that lies within a whole globe must not be turned out of it. */
+static void part_of_a_globe_stays_inside(void **state) {
+    (void)state;
+    const double globe_at[6] = {-175.0, 10.0, 0.0, 85.0, 0.0, -10.0};
+    for (int place = 0; place < 36; place++) {
+        vd_dem *globe = make_whole(36, 18, 1), *part = make_whole(1, 1, 2), *joined = NULL;
+        memcpy(globe->transform, globe_at, sizeof globe_at);
+        memcpy(part->transform, globe_at, sizeof globe_at);
+        part->transform[0] += 10.0 * place;
+        const vd_dem *parts[2] = {globe, part};
+        assert_ok(vd_dem_mosaic(context, parts, 2, &joined));
+        assert_same(joined, globe);
+        vd_dem_destroy(&joined);
+        vd_dem_destroy(&globe);
+        vd_dem_destroy(&part);
+    }
+}
+
 static void different_grids_are_refused(void **state) {
     (void)state;
     vd_dem *a = make_whole(3, 3, 1), *b = make_whole(3, 3, 2), *joined = NULL;
@@ -570,7 +625,7 @@ static void different_grids_are_refused(void **state) {
     refuse_join(a, b, VD_ERROR_UNSUPPORTED, "coordinate system");
     b->kind = VD_CRS_GEOGRAPHIC;
     b->transform[3] = -46.0;
-    refuse_join(a, b, VD_ERROR_LIMIT, "span");
+    refuse_join(a, b, VD_ERROR_LIMIT, "number 2 of 2 lies far from the first: together they span");
     b->transform[3] = (double)NAN;
     refuse_join(a, b, VD_ERROR_UNSUPPORTED, "too far");
     a->kind = b->kind = VD_CRS_NONE;
@@ -724,6 +779,8 @@ int main(void) {
         cmocka_unit_test(tiles_join_without_a_seam),
         cmocka_unit_test(first_part_wins_unless_missing),
         cmocka_unit_test(different_grids_are_refused),
+        cmocka_unit_test(far_parts_are_refused),
+        cmocka_unit_test(part_of_a_globe_stays_inside),
         cmocka_unit_test(filling_keeps_what_is_there),
         cmocka_unit_test(filling_is_smooth),
         cmocka_unit_test(every_allocation_may_fail),

@@ -303,6 +303,15 @@ static void descriptions(void **state) {
     assert_ok(
         vd_geo_describe(context, VEDUTA_SOURCE_DIR "/data/levi/maptexture.jpg", line, sizeof line));
     assert_string_equal(line, "JPEG, 600 × 600, 3 bands of uint8, no georeference");
+    /* What loading says about a file must not be said a second time. */
+    const double degrees[6] = {7.0, 0.001, 0.0, 46.0, 0.0, -0.001};
+    vd_dem *dem = load_placed("unnamed.tif", degrees, NULL);
+    assert_logged("it names no CRS");
+    vd_dem_destroy(&dem);
+    log_text[0] = '\0';
+    assert_ok(vd_geo_describe(context, FOLDER "/unnamed.tif", line, sizeof line));
+    assert_non_null(strstr(line, "no CRS named, taken as EPSG:4326"));
+    assert_string_equal(log_text, "");
     char tiny[8];
     assert_ok(
         vd_geo_describe(context, VEDUTA_SOURCE_DIR "/data/mont-blanc.tif", tiny, sizeof tiny));

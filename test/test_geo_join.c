@@ -134,6 +134,146 @@ static void rotated_first(void **state) {
     vd_dem_destroy(&dem);
 }
 
+/* ---- where they lie
+ * -------------------------------------------------------------------------------- */
+
+/* Heights by degrees east of 179° and south of 16°, on either side of the date line. */
+static double pacific_plane(double lon, double lat) {
+    double east = lon - 179.0;
+    east -= 360.0 * floor((east + 180.0) / 360.0);
+    return 500.0 + 100.0 * east + 200.0 * (-16.0 - lat);
+}
+
+static double west_of_line(int band, int column, int row) {
+    (void)band;
+    return pacific_plane(179.0 + 0.02 * column, -16.0 - 0.02 * row);
+}
+
+static double east_of_line(int band, int column, int row) {
+    (void)band;
+    return pacific_plane(-180.0 + 0.02 * column, -16.0 - 0.02 * row);
+}
+
+static double east_in_utm(int band, int column, int row) {
+    (void)band;
+    double lon = 0.0, lat = 0.0;
+    assert_ok(vd_geo_to_lonlat(context, "EPSG:32701", 190000.0 + (column + 0.5) * 2000.0,
+                               8220000.0 - (row + 0.5) * 2000.0, &lon, &lat));
+    return pacific_plane(lon, lat);
+}
+
+static void make_date_line(void) {
+    /* Samples at whole hundredths; the last column of the west is the first of the east. */
+    const double west[6] = {178.99, 0.02, 0.0, -15.99, 0.0, -0.02};
+    const double east[6] = {-180.01, 0.02, 0.0, -15.99, 0.0, -0.02};
+    const double east360[6] = {179.99, 0.02, 0.0, -15.99, 0.0, -0.02};
+    const double between[6] = {-180.008, 0.02, 0.0, -15.995, 0.0, -0.02};
+    const double zone1[6] = {190000.0, 2000.0, 0.0, 8220000.0, 0.0, -2000.0};
+    raster r = {.width = 51, .height = 51, .crs = "EPSG:4326", .transform = west};
+    r.value = west_of_line;
+    make_raster("line-west.tif", &r);
+    r.value = east_of_line;
+    r.transform = east;
+    make_raster("line-east.tif", &r);
+    r.transform = east360;
+    make_raster("line-east360.tif", &r);
+    r.transform = between; /* up to a tenth of a cell beside: the heights may be off by that */
+    make_raster("line-between.tif", &r);
+    raster utm1 = {.width = 40, .height = 40, .crs = "EPSG:32701", .transform = zone1};
+    utm1.value = east_in_utm;
+    make_raster("line-utm.tif", &utm1);
+}
+
+/* Heights must follow the plane, whatever turn the longitudes got. */
+static void assert_pacific(const vd_dem *dem, double tolerance) {
+    for (int row = 0; row < dem->height; row++) {
+        for (int column = 0; column < dem->width; column++) {
+            double lon = dem->transform[0] + column * dem->transform[1];
+            double lat = dem->transform[3] + row * dem->transform[5];
+            double expected = pacific_plane(lon, lat), found = (double)at(dem, column, row);
+            if (!isnan(found) && !(fabs(found - expected) <= tolerance)) {
+                fail_msg("(%d, %d): %g, not %g", column, row, found, expected);
+            }
+        }
+    }
+}
+
+static void across_the_date_line(void **state) {
+    (void)state;
+    make_date_line();
+    const char *const west = FOLDER "/line-west.tif";
+    const char *const others[] = {FOLDER "/line-east.tif", FOLDER "/line-east360.tif",
+                                  FOLDER "/line-between.tif", FOLDER "/line-utm.tif"};
+    const double tolerance[] = {1e-3, 1e-3, 4.0, 4.0};
+    /* Either order; all but UTM first, where degrees do not tell the heights. */
+    for (int i = 0; i < 7; i++) {
+        const char *paths[] = {i & 1 ? others[i / 2] : west, i & 1 ? west : others[i / 2]};
+        vd_dem *dem = NULL;
+        assert_ok(vd_geo_load_dem(context, paths, 2, NULL, &dem));
+        assert_true(dem->width >= 85 && dem->width <= 103); /* 101 with a degree on each side */
+        assert_true(dem->height >= 50 && dem->height <= 53);
+        assert_true(i >= 4 || dem->missing == 0);
+        assert_true(dem->missing < (uint64_t)dem->width * (uint64_t)dem->height / 4);
+        assert_pacific(dem, tolerance[i / 2]);
+        vd_dem_destroy(&dem);
+    }
+    const char *utm_first[] = {others[3], west};
+    vd_dem *dem = NULL;
+    assert_ok(vd_geo_load_dem(context, utm_first, 2, NULL, &dem));
+    assert_true(dem->width >= 98 && dem->width <= 104); /* 198 km */
+    assert_true(dem->missing < (uint64_t)dem->width * (uint64_t)dem->height / 4);
+    vd_dem_destroy(&dem);
+
+    const char *paths[] = {west, others[0]};
+    vd_geo_def def = vd_geo_def_default();
+    def.max_side = 60; /* reduced by 101 / 60, not by the globe's width */
+    assert_ok(vd_geo_load_dem(context, paths, 2, &def, &dem));
+    assert_true(dem->width <= 60 && dem->width >= 55 && dem->missing < 200);
+    assert_pacific(dem, 5.0);
+    vd_dem_destroy(&dem);
+}
+
+static void far_apart(void **state) {
+    (void)state;
+    make_different();
+    const double south[6] = {9.0, 0.001, 0.0, -33.0, 0.0, -0.001};
+    vd_dem *dem = load_placed("south.tif", south, "EPSG:4326");
+    vd_dem_destroy(&dem);
+    const char *pairs[][2] = {{FOLDER "/degrees.tif", FOLDER "/south.tif"},
+                              {FOLDER "/utm.tif", FOLDER "/south.tif"},
+                              {FOLDER "/south.tif", FOLDER "/utm.tif"}};
+    for (int i = 0; i < 3; i++) {
+        vd_status status = vd_geo_load_dem(context, pairs[i], 2, NULL, &dem);
+        assert_int_equal(status.code, VD_ERROR_LIMIT);
+        assert_non_null(strstr(status.message, pairs[i][0]));
+        assert_non_null(strstr(status.message, pairs[i][1]));
+        assert_non_null(strstr(status.message, "they lie far apart"));
+        assert_null(dem);
+    }
+}
+
+/* Coarse cells beside fine ones: what is coarse already must not be reduced with the rest. */
+static void fine_and_coarse(void **state) {
+    (void)state;
+    const double fine[6] = {500000.0, 1.0, 0.0, 5100000.0, 0.0, -1.0};
+    const double coarse[6] = {500000.0, 30.0, 0.0, 5100000.0, 0.0, -30.0};
+    raster a = {.width = 100, .height = 100, .transform = fine, .crs = "EPSG:32632"};
+    raster b = {.width = 40, .height = 30, .transform = coarse, .crs = "EPSG:32632"};
+    b.value = real_plane;
+    make_raster("fine.tif", &a);
+    make_raster("coarse.tif", &b);
+    const char *paths[] = {FOLDER "/fine.tif", FOLDER "/coarse.tif"};
+    vd_geo_def def = vd_geo_def_default();
+    def.max_side = 60; /* cells of 20 m: 5 for the fine one, all of the coarse one */
+    vd_dem *dem = NULL;
+    log_text[0] = '\0';
+    assert_ok(vd_geo_load_dem(context, paths, 2, &def, &dem));
+    assert_logged("fine.tif: read at 5 × 5 of");
+    assert_null(strstr(log_text, "coarse.tif: read at"));
+    assert_true(dem->width >= 58 && dem->width <= 60);
+    vd_dem_destroy(&dem);
+}
+
 /* ---- what cannot be read
  * ------------------------------------------------------------------------- */
 
@@ -312,6 +452,9 @@ int main(void) {
         cmocka_unit_test(tiles_without_seam),
         cmocka_unit_test(different_crs),
         cmocka_unit_test(rotated_first),
+        cmocka_unit_test(across_the_date_line),
+        cmocka_unit_test(far_apart),
+        cmocka_unit_test(fine_and_coarse),
         cmocka_unit_test(sentences),
         cmocka_unit_test(bad_use),
         cmocka_unit_test(subdatasets),

@@ -160,6 +160,13 @@ static void test_camera(void **state) {
     assert_true(s.camera.distance_m == 12000.0);
     vd_options_finish(&options);
 
+    assert_ok(PARSE(&options, &s, "a", "--eye", "45,366.5,2m"));
+    assert_true(s.camera.eye.v[1] == 366.5); /* a scene brings it into its own range */
+    vd_options_finish(&options);
+
+    REFUSES("up to 1e15", "a", "--eye", "1e300,0,0");
+    REFUSES("up to 1e15", "a", "--target", "45,6,1e300m");
+    REFUSES("--eye", "a", "--eye", "45,721,2m");
     REFUSES("--eye", "a", "--eye", "nan,0,0");
     REFUSES("--eye", "a", "--eye", "1,2");
     REFUSES("--eye", "a", "--eye", "95,2,2m");
@@ -203,6 +210,8 @@ static void test_refusals(void **state) {
     REFUSES("flat", "a", "--height-scale", "0");
     REFUSES("--raw", "a", "--raw", "3x3:u9");
     REFUSES("--bands", "a", "--bands", "0,1,2");
+    REFUSES("read once", "-", "-");
+    REFUSES("read once", "-", "--color", "-");
     REFUSES("nothing to render", "--size", "1x1");
     REFUSES("--height", "--height", "h.png");
 }
@@ -272,6 +281,27 @@ static void test_json(void **state) {
     assert_ok(vd_options_set(&options, OPTION_FOV, "50", VD_SOURCE_FLAG));
     assert_ok(vd_options_set(&options, OPTION_FOV, "60", VD_SOURCE_FILE));
     assert_true(options.values[OPTION_FOV].number == 50.0);
+    vd_options_finish(&options);
+
+    /* A flag replaces what the file says in another spelling, and no more than that. */
+    assert_ok(read_json(&options, &s,
+                        "{\"veduta\": \"99.1\", \"inputs\": [\"a\"], \"azimuth\": 3, "
+                        "\"target\": [1, 2, 3], \"roll\": 5, \"colormap\": \"grey\"}",
+                        ""));
+    assert_non_null(strstr(options.note, "99.1, which is newer"));
+    assert_ok(vd_options_set(&options, OPTION_EYE, "1,2,9", VD_SOURCE_FLAG));
+    assert_ok(vd_options_set(&options, OPTION_COLOR, "c.png", VD_SOURCE_FLAG));
+    assert_ok(vd_render_prefer_flags(&options));
+    assert_ok(vd_render_settings_read(&options, &s));
+    assert_int_equal(s.camera.spelling, VD_SPELLING_LOOK_AT);
+    assert_true(s.camera.target.v[2] == 3.0 && s.camera.roll == 5.0 && s.camera.azimuth == 0.0);
+    assert_ok(vd_options_set(&options, OPTION_HEADING, "7", VD_SOURCE_FLAG));
+    assert_ok(vd_render_prefer_flags(&options));
+    assert_ok(vd_render_settings_read(&options, &s));
+    assert_int_equal(s.camera.spelling, VD_SPELLING_ANGLES);
+    vd_options_finish(&options);
+    assert_ok(read_json(&options, &s, "{\"veduta\": \"0.1.9\", \"inputs\": [\"a\"]}", ""));
+    assert_string_equal(options.note, ""); /* the third number changes no meaning */
     vd_options_finish(&options);
 
     static const struct {

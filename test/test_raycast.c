@@ -536,6 +536,11 @@ static void bad_definitions_are_named(void **state) {
     vd_context_destroy(&context);
 }
 
+static vd_camera near_at(vd_camera camera, double near_m) {
+    camera.near_m = near_m;
+    return camera;
+}
+
 static void empty_pictures_are_explained(void **state) {
     (void)state;
     vd_context *context = test_context(1, VD_ISA_AUTO);
@@ -544,6 +549,8 @@ static void empty_pictures_are_explained(void **state) {
         vd_camera camera;
         const char *word;
     } cases[] = {{cone, make_camera(0, 0, 10, 0, 0, 0), "under ground"},
+                 {flat, near_at(make_camera(0, 0, 100, 0, -90, 0), 1e9), "near plane, 1000000000"},
+                 {cone, make_camera(1e300, 0, 100, 90, 0, 0), "1e+300"},
                  {cone, make_camera(0, 0, 100, 0, 90, 0), "looks away"},
                  {cone, make_camera(-1000, 0, 10, 270, 0, 0), "looks away"},
                  {flat, make_camera(-1000, 0, -100, 90, 5, 0), "raise it"}};

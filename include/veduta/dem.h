@@ -88,7 +88,8 @@ VD_API VD_MUST_USE vd_status vd_dem_decode(vd_context *context, const void *data
 /* Joins DEMs of one CRS and one grid (equal cell sizes, unrotated, aligned to a hundredth of a
  * cell) into one; where several have a sample the first in the list wins. Shared edges fall
  * together, so there is no seam. Returns VD_ERROR_ARGUMENT (no parts), VD_ERROR_UNSUPPORTED
- * (different CRS or grid: geo.h can warp them), VD_ERROR_LIMIT, VD_ERROR_MEMORY. */
+ * (different CRS or grid: geo.h can warp them), VD_ERROR_LIMIT (too large a whole, or parts so far
+ * apart that nearly all of it would be missing), VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_dem_mosaic(vd_context *context, const vd_dem *const *parts,
                                            int count, vd_dem **out);
 

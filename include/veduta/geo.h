@@ -27,7 +27,8 @@ VD_API vd_geo_def vd_geo_def_default(void);
  * pixel-is-point and pixel-is-area, ground control points, longitudes 0 … 360, bottom-up rasters.
  * Says through the log what it did (decimated, warped, unit converted). `def` may be null.
  * Returns VD_ERROR_ARGUMENT (a field of `def` out of range, no paths), VD_ERROR_IO, VD_ERROR_FORMAT
- * (GDAL's own words included), VD_ERROR_LIMIT, VD_ERROR_MEMORY. */
+ * (GDAL's own words included), VD_ERROR_LIMIT (also for rasters so far apart that nearly all of the
+ * whole would be missing), VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_geo_load_dem(vd_context *context, const char *const *paths,
                                              int count, const vd_geo_def *def, vd_dem **out);
 
@@ -54,7 +55,8 @@ VD_API VD_MUST_USE vd_status vd_geo_from_lonlat(vd_context *context, const char 
 VD_API VD_MUST_USE vd_status vd_geo_to_lonlat(vd_context *context, const char *crs, double x,
                                               double y, double *lon, double *lat);
 
-/* Returns a short name of the raster's format and CRS for `veduta info`, as one line. */
+/* Returns a short name of the raster's format and CRS for `veduta info`, as one line; the log gets
+ * nothing. */
 VD_API VD_MUST_USE vd_status vd_geo_describe(vd_context *context, const char *path, char *out,
                                              size_t out_bytes);
 

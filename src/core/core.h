@@ -9,6 +9,9 @@
 /* Monotonic time in nanoseconds. */
 uint64_t vd_clock_ns(void);
 
+/* Processor time of all threads of this process so far, in nanoseconds. */
+uint64_t vd_processor_ns(void);
+
 /* Sets the progress of a job (may be null) whose call is not one loop: `done` of `total` pieces. */
 void vd_job_report(vd_job *job, int done, int total);
 

@@ -84,6 +84,12 @@ vd_status vd_file_read(vd_context *context, const char *path, size_t limit_bytes
         status = read_failure(path, errno);
     } else if (S_ISDIR(info.st_mode)) {
         status = read_failure(path, EISDIR);
+    } else if (S_ISCHR(info.st_mode) || S_ISBLK(info.st_mode)) {
+        /* /dev/zero never ends, a terminal or a disk is surely a mistake; pipes are read. */
+        status = vd_failure(VD_ERROR_IO,
+                            "cannot read %s: it is a device, not a file; name a file, a pipe, or - "
+                            "for standard input",
+                            path);
     } else {
         size_t hint = S_ISREG(info.st_mode) && info.st_size >= 0 ? (size_t)info.st_size : 65536;
         status = read_all(context, path, descriptor, hint, limit_bytes, data, size_bytes);
@@ -97,8 +103,10 @@ static vd_status write_failure(const char *path, int error) {
                          : error == EACCES || error == EROFS  ? "choose a folder you may write to"
                          : error == ENOSPC || error == EDQUOT ? "free some space"
                          : error == EISDIR                    ? "name a file inside it"
-                                                              : "check the disk and try again";
-    return vd_failure(VD_ERROR_IO, "cannot write %s: %s; %s", path, strerror(error), remedy);
+                         : error == EPIPE ? "let the command behind the pipe read to the end"
+                                          : "check the disk and try again";
+    return vd_failure(VD_ERROR_IO, "cannot write %s: %s; %s",
+                      strcmp(path, "-") == 0 ? "standard output" : path, strerror(error), remedy);
 }
 
 static void release_parts(vd_file *file) {

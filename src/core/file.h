@@ -10,7 +10,8 @@
 #include <veduta/context.h>
 
 /* Reads `path` into *data (owned by the caller, vd_release; one NUL byte follows the contents).
- * Returns VD_ERROR_IO, VD_ERROR_LIMIT (more than limit_bytes) or VD_ERROR_MEMORY. */
+ * Returns VD_ERROR_IO (also for devices, which may never end), VD_ERROR_LIMIT (more than
+ * limit_bytes) or VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_file_read(vd_context *context, const char *path, size_t limit_bytes,
                                    void **data, size_t *size_bytes);
 

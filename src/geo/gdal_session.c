@@ -4,7 +4,7 @@
 #include <errno.h>
 #include <gdal_utils.h>
 #include <pthread.h>
-#include <stdbool.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -45,12 +45,13 @@ static void CPL_STDCALL keep_error(CPLErr severity, CPLErrorNum number, const ch
     } else {
         char line[300];
         copy_sentence(line, sizeof line, text);
-        vd_log(session->context, VD_LOG_DEBUG, "GDAL: %s", line);
+        vd_gdal_log(session, VD_LOG_DEBUG, "GDAL: %s", line);
     }
 }
 
 void vd_gdal_begin(vd_gdal_session *session, vd_context *context) {
     session->context = context;
+    session->quiet = false;
     session->message[0] = '\0';
     CPLPushErrorHandlerEx(keep_error, session);
     (void)pthread_once(&drivers_once, register_drivers);
@@ -66,6 +67,18 @@ void vd_gdal_end(vd_gdal_session *session) {
 void vd_gdal_clear(vd_gdal_session *session) {
     session->message[0] = '\0';
     CPLErrorReset();
+}
+
+void vd_gdal_log(vd_gdal_session *session, vd_log_level level, const char *format, ...) {
+    if (session->quiet) {
+        return;
+    }
+    char sentence[512]; /* as long as vd_log's own */
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(sentence, sizeof sentence, format, arguments);
+    va_end(arguments);
+    vd_log(session->context, level, "%s", sentence);
 }
 
 vd_status vd_gdal_failure(const vd_gdal_session *session, vd_code code, const char *path,

@@ -12,10 +12,12 @@
 #include <cpl_string.h>
 #include <gdal.h>
 #include <ogr_srs_api.h>
+#include <stdbool.h>
 #include <veduta/context.h>
 
 typedef struct vd_gdal_session {
     vd_context *context;
+    bool quiet;        /* vd_gdal_log says nothing: the file is only looked at */
     char message[160]; /* GDAL's first failure since vd_gdal_clear; empty: none */
 } vd_gdal_session;
 
@@ -26,6 +28,10 @@ void vd_gdal_end(vd_gdal_session *session);
 
 /* Forgets the failure kept so far. */
 void vd_gdal_clear(vd_gdal_session *session);
+
+/* Sends a sentence to the context's log unless the session is quiet. */
+void vd_gdal_log(vd_gdal_session *session, vd_log_level level, const char *format, ...)
+    VD_PRINTF(3, 4);
 
 /* Opens a raster with at least one band; of a container with a single subdataset, that one. *out is
  * closed by GDALClose. Returns VD_ERROR_ARGUMENT (no path), VD_ERROR_IO or VD_ERROR_FORMAT. */

@@ -221,15 +221,16 @@ GDALDatasetH vd_georef_straighten(vd_gdal_session *session, GDALDatasetH dataset
     vd_gdal_clear(session);
     GDALDatasetH warped = vd_gdal_warp(dataset, arguments);
     if (warped == NULL) {
-        vd_log(session->context, VD_LOG_WARNING,
-               "%s: its control points cannot be used (%s), so it counts as not georeferenced",
-               path, session->message);
+        vd_gdal_log(session, VD_LOG_WARNING,
+                    "%s: its control points cannot be used (%s), so it counts as not georeferenced",
+                    path, session->message);
         vd_gdal_clear(session);
         return dataset;
     }
-    vd_log(session->context, VD_LOG_INFO,
-           "%s: warped to a north-up grid from its control points, sensor model or rotated pole",
-           path);
+    vd_gdal_log(
+        session, VD_LOG_INFO,
+        "%s: warped to a north-up grid from its control points, sensor model or rotated pole",
+        path);
     return warped;
 }
 
@@ -284,17 +285,18 @@ static void classify_named(vd_georef *out, OGRSpatialReferenceH given) {
 static void classify_unnamed(vd_gdal_session *session, GDALDatasetH dataset, const char *path,
                              vd_georef *out) {
     if (looks_geographic(dataset, out->corner)) {
-        vd_log(session->context, VD_LOG_WARNING,
-               "%s: it names no CRS; its coordinates look like degrees and are taken as longitude "
-               "and latitude (EPSG:4326)",
-               path);
+        vd_gdal_log(
+            session, VD_LOG_WARNING,
+            "%s: it names no CRS; its coordinates look like degrees and are taken as longitude "
+            "and latitude (EPSG:4326)",
+            path);
         out->kind = VD_CRS_GEOGRAPHIC;
         out->crs = vd_crs_open("EPSG:4326");
         (void)snprintf(out->name, sizeof out->name, "EPSG:4326");
         return;
     }
-    vd_log(session->context, VD_LOG_WARNING,
-           "%s: it names no CRS; its coordinates are taken as metres", path);
+    vd_gdal_log(session, VD_LOG_WARNING, "%s: it names no CRS; its coordinates are taken as metres",
+                path);
     out->kind = VD_CRS_PROJECTED;
 }
 

@@ -40,6 +40,7 @@ vd_status vd_geo_describe(vd_context *context, const char *path, char *out, size
     }
     vd_gdal_session session;
     vd_gdal_begin(&session, context);
+    session.quiet = true; /* what there is to say about the file, loading says */
     GDALDatasetH dataset = NULL;
     vd_status status = vd_gdal_open(&session, path, &dataset);
     if (status.code == VD_OK) {

@@ -12,59 +12,9 @@
 #include <veduta/geo.h>
 #include "geo/geo_crs.h"
 #include "geo/geo_load.h"
+#include "geo/geo_spread.h"
 
 enum { DEFAULT_MAX_SIDE = 16384 };
-
-/* ---- how large the whole will be
- * ------------------------------------------------------------------ */
-
-/* Returns by how much the rasters must be decimated for their union, in cells of the first, to fit
- * max_side; 1 when it fits, or when they are not all of one CRS (then the warp decides). */
-static double union_reduction(vd_gdal_session *session, const char *const *paths, int count,
-                              int max_side) {
-    vd_bounds all = {0.0, 0.0, 0.0, 0.0};
-    double cell_x = 1.0, cell_y = 1.0;
-    OGRSpatialReferenceH first = NULL;
-    bool same = true;
-    for (int i = 0; i < count && same; i++) {
-        GDALDatasetH dataset = paths[i] != NULL ? GDALOpen(paths[i], GA_ReadOnly) : NULL;
-        double t[6];
-        same = dataset != NULL && GDALGetGeoTransform(dataset, t) == CE_None;
-        if (same) {
-            OGRSpatialReferenceH crs = GDALGetSpatialRef(dataset);
-            vd_bounds b =
-                vd_bounds_of_grid(t, GDALGetRasterXSize(dataset), GDALGetRasterYSize(dataset));
-            if (i == 0) {
-                first = crs != NULL ? OSRClone(crs) : NULL;
-                cell_x = sqrt(t[1] * t[1] + t[4] * t[4]);
-                cell_y = sqrt(t[2] * t[2] + t[5] * t[5]);
-                all = b;
-            }
-            same = (crs == NULL && first == NULL) || vd_crs_same(crs, first);
-            all = vd_bounds_union(all, b);
-        }
-        if (dataset != NULL) {
-            GDALClose(dataset);
-        }
-    }
-    OSRDestroySpatialReference(first);
-    vd_gdal_clear(session);
-    double columns = (all.x1 - all.x0) / cell_x, rows = (all.y1 - all.y0) / cell_y;
-    double side = columns > rows ? columns : rows;
-    return same && side > max_side ? side / max_side : 1.0;
-}
-
-/* The side to which one raster is read when everything is reduced by a factor. */
-static int reduced_side(const char *path, double reduction, int max_side) {
-    GDALDatasetH dataset = reduction > 1.0 ? GDALOpen(path, GA_ReadOnly) : NULL;
-    if (dataset == NULL) {
-        return max_side;
-    }
-    int width = GDALGetRasterXSize(dataset), height = GDALGetRasterYSize(dataset);
-    GDALClose(dataset);
-    double side = ceil((width > height ? width : height) / reduction);
-    return side < 1.0 ? 1 : (side > max_side ? max_side : (int)side);
-}
 
 /* ---- warping
  * -------------------------------------------------------------------------------------- */
@@ -183,10 +133,10 @@ static vd_status warp_all(vd_gdal_session *session, const char *const *paths, vd
     OGRSpatialReferenceH crs = vd_crs_open(parts[0]->crs);
     vd_dem *whole = NULL;
     vd_status status = vd_success();
-    vd_bounds all = {0.0, 0.0, 0.0, 0.0};
+    vd_spread spread = {.geographic = parts[0]->kind == VD_CRS_GEOGRAPHIC};
     for (int i = 0; i < count && status.code == VD_OK; i++) {
         OGRSpatialReferenceH part_crs = vd_crs_open(parts[i]->crs);
-        vd_bounds b = all;
+        vd_bounds b;
         vd_gdal_clear(session);
         if (parts[i]->kind == VD_CRS_NONE) {
             status = vd_failure(VD_ERROR_FORMAT,
@@ -197,12 +147,19 @@ static vd_status warp_all(vd_gdal_session *session, const char *const *paths, vd
             status = vd_gdal_failure(session, VD_ERROR_FORMAT, paths[i],
                                      "it does not fit into the projection of the first raster",
                                      "render it alone");
+        } else {
+            double turn = vd_spread_add(&spread, b);
+            if (parts[i]->kind == VD_CRS_GEOGRAPHIC) {
+                parts[i]->transform[0] += turn; /* GDAL does not look on the other side of 180° */
+            }
         }
-        all = i == 0 ? b : vd_bounds_union(all, b);
         OSRDestroySpatialReference(part_crs);
     }
     if (status.code == VD_OK) {
-        status = create_whole(session->context, parts[0], all, max_side, &whole);
+        status = vd_spread_check(&spread, paths);
+    }
+    if (status.code == VD_OK) {
+        status = create_whole(session->context, parts[0], spread.all, max_side, &whole);
     }
     /* Last to first, so that where several have a sample the first in the list wins. */
     for (int i = count - 1; i >= 0 && status.code == VD_OK; i--) {
@@ -261,15 +218,20 @@ static vd_status check(const char *const *paths, int count, const vd_geo_def *de
 
 static vd_status load_parts(vd_gdal_session *session, const char *const *paths, int count,
                             const vd_geo_def *def, int max_side, vd_dem **parts, vd_dem **out) {
-    double reduction = union_reduction(session, paths, count, max_side);
-    for (int i = 0; i < count; i++) {
-        int side = reduced_side(paths[i], reduction, max_side);
-        vd_status status = vd_geo_load_one(session, paths[i], def, side, &parts[i]);
-        if (status.code != VD_OK) {
-            return status;
-        }
+    int *sides = vd_allocate(session->context, (size_t)count, sizeof *sides);
+    if (sides == NULL) {
+        return vd_failure(VD_ERROR_MEMORY, "out of memory: the sizes of %d files; free memory",
+                          count);
     }
-    vd_status status = vd_dem_mosaic(session->context, (const vd_dem *const *)parts, count, out);
+    vd_status status = vd_geo_survey(session, paths, count, max_side, sides);
+    for (int i = 0; i < count && status.code == VD_OK; i++) {
+        status = vd_geo_load_one(session, paths[i], def, sides[i], &parts[i]);
+    }
+    vd_release(session->context, sides);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    status = vd_dem_mosaic(session->context, (const vd_dem *const *)parts, count, out);
     if (status.code == VD_ERROR_UNSUPPORTED) {
         status = warp_all(session, paths, parts, count, max_side, out);
     }

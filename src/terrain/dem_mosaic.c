@@ -1,11 +1,17 @@
 /* dem_mosaic.c: several DEMs of one grid joined into one. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include "core/core.h"
 #include "terrain/dem_internal.h"
 
 /* How far samples of two parts that should coincide may lie apart, in cells. */
 static const double tolerance_cells = 0.01;
+
+/* The most samples a union may have for each that the parts have, per part. Tiles of one size that
+ * touch each other need at most 1 per part, in a chain along the diagonal; two tiles may lie some
+ * ten of their sides apart. */
+static const double sparseness_per_part = 32.0;
 
 /* A part on the common grid: north row first, west column first. */
 typedef struct placed_part {
@@ -30,6 +36,11 @@ static placed_part place(const vd_dem *dem) {
     part.x = part.mirrored ? t[0] + (dem->width - 1) * t[1] : t[0];
     part.y = part.turned ? t[3] + (dem->height - 1) * t[5] : t[3];
     return part;
+}
+
+/* x of the middle, in CRS units. */
+static double middle_x(const placed_part *part, const vd_dem *dem) {
+    return part->x + 0.5 * (dem->width - 1) * part->dx;
 }
 
 static bool same_crs(const vd_dem *a, const vd_dem *b) {
@@ -60,7 +71,8 @@ static vd_status align(const vd_dem *const *parts, int count, int index, placed_
     }
     if (dem->kind == VD_CRS_GEOGRAPHIC) {
         /* Tiles on both sides of the date line, or in 0 … 360°, meet on the shorter way round. */
-        part->x -= 360.0 * floor((part->x - first->x) / 360.0 + 0.5);
+        double apart = middle_x(part, dem) - middle_x(first, parts[0]);
+        part->x -= 360.0 * floor(apart / 360.0 + 0.5);
     }
     double column = (part->x - first->x) / first->dx, row = (first->y - part->y) / first->dy;
     if (!(fabs(column) < 1e9) || !(fabs(row) < 1e9)) {
@@ -128,9 +140,46 @@ static vd_status copy_one(vd_context *context, const vd_dem *part, vd_dem **out)
     return vd_success();
 }
 
+/* The union of the parts, in samples from the first one's north-west sample. */
+typedef struct span {
+    int64_t west, north, east, south;
+} span;
+
+static vd_status check_span(const span *all, const vd_dem *const *parts, int count,
+                            const placed_part *placed) {
+    const long long columns = all->east - all->west, rows = all->south - all->north;
+    double held = 0.0;
+    int farthest = 0;
+    int64_t farthest_samples = -1;
+    for (int i = 0; i < count; i++) {
+        held += (double)parts[i]->width * (double)parts[i]->height;
+        int64_t away = llabs(placed[i].column) + llabs(placed[i].row);
+        if (away > farthest_samples) {
+            farthest = i;
+            farthest_samples = away;
+        }
+    }
+    double sparseness = (double)columns * (double)rows / held;
+    if (sparseness > sparseness_per_part * count) {
+        return vd_failure(VD_ERROR_LIMIT,
+                          "cannot join the elevation files: number %d of %d lies far from the "
+                          "first: together they span %lld × %lld samples, %.0f times as many as "
+                          "they hold; render them one by one",
+                          farthest + 1, count, columns, rows, sparseness);
+    }
+    if (columns > VD_MAX_SIDE || rows > VD_MAX_SIDE) {
+        return vd_failure(
+            VD_ERROR_LIMIT,
+            "cannot join the elevation files: together they span %lld × %lld samples, "
+            "more than %d a side; give fewer, closer together",
+            columns, rows, VD_MAX_SIDE);
+    }
+    return vd_success();
+}
+
 static vd_status join(vd_context *context, const vd_dem *const *parts, int count,
                       placed_part *placed, vd_dem **out) {
-    int64_t west = 0, north = 0, east = 0, south = 0;
+    span all = {.west = 0};
     placed[0] = place(parts[0]);
     for (int i = 0; i < count; i++) {
         vd_status status = align(parts, count, i, placed);
@@ -138,20 +187,18 @@ static vd_status join(vd_context *context, const vd_dem *const *parts, int count
             return status;
         }
         const placed_part *part = &placed[i];
-        west = part->column < west ? part->column : west;
-        north = part->row < north ? part->row : north;
-        east = part->column + parts[i]->width > east ? part->column + parts[i]->width : east;
-        south = part->row + parts[i]->height > south ? part->row + parts[i]->height : south;
+        int64_t east = part->column + parts[i]->width, south = part->row + parts[i]->height;
+        all.west = part->column < all.west ? part->column : all.west;
+        all.north = part->row < all.north ? part->row : all.north;
+        all.east = east > all.east ? east : all.east;
+        all.south = south > all.south ? south : all.south;
     }
-    if (east - west > VD_MAX_SIDE || south - north > VD_MAX_SIDE) {
-        return vd_failure(
-            VD_ERROR_LIMIT,
-            "cannot join the elevation files: together they span %lld × %lld samples, "
-            "more than %d a side; give fewer, closer together",
-            (long long)(east - west), (long long)(south - north), VD_MAX_SIDE);
+    vd_status status = check_span(&all, parts, count, placed);
+    if (status.code != VD_OK) {
+        return status;
     }
     vd_dem *dem = NULL;
-    vd_status status = vd_dem_create(context, (int)(east - west), (int)(south - north), &dem);
+    status = vd_dem_create(context, (int)(all.east - all.west), (int)(all.south - all.north), &dem);
     if (status.code == VD_OK) {
         status = describe(parts, count, dem);
     }
@@ -160,13 +207,13 @@ static vd_status join(vd_context *context, const vd_dem *const *parts, int count
         return status;
     }
     for (int i = 0; i < count; i++) {
-        placed[i].column -= west;
-        placed[i].row -= north;
+        placed[i].column -= all.west;
+        placed[i].row -= all.north;
         paste(parts[i], &placed[i], dem);
     }
-    dem->transform[0] = placed[0].x + (double)west * placed[0].dx;
+    dem->transform[0] = placed[0].x + (double)all.west * placed[0].dx;
     dem->transform[1] = placed[0].dx;
-    dem->transform[3] = placed[0].y - (double)north * placed[0].dy;
+    dem->transform[3] = placed[0].y - (double)all.north * placed[0].dy;
     dem->transform[5] = -placed[0].dy;
     vd_dem_update_range(dem);
     *out = dem;

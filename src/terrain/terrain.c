@@ -270,6 +270,41 @@ vd_status vd_terrain_render(vd_context *context, vd_job *job, const vd_terrain_d
     return draw_tiles(context, job, &r, r.tiles_x * tile_count(frame->height), stats);
 }
 
+/* Draws every step-th of `tiles` tiles, in batches that are each spread over the whole picture, and
+ * tells how long all tiles would take. What the tiles cost is their processor time, which hardly
+ * depends on what else runs; how much longer that takes on the clock is the median of the batches,
+ * so that a pause in one of them does not count. */
+static vd_status measure_tiles(vd_context *context, vd_job *job, render *r, int tiles, int step,
+                               double *seconds) {
+    enum { MOST = 9, TILES_A_BATCH = 16 };
+    const int count = (tiles + step - 1) / step;
+    int batches = count / TILES_A_BATCH < MOST ? count / TILES_A_BATCH : MOST;
+    batches = batches < 1 ? 1 : batches;
+    double stretch[MOST], busy = 0.0, wall = 0.0;
+    for (int b = 0; b < batches; b++) {
+        r->first_tile = b * step;
+        r->tile_step = batches * step;
+        const uint64_t start_ns = vd_clock_ns(), start_busy_ns = vd_processor_ns();
+        vd_status status = draw_tiles(context, job, r, (count - b + batches - 1) / batches, NULL);
+        if (status.code != VD_OK) {
+            return status;
+        }
+        const double busy_here = (double)(vd_processor_ns() - start_busy_ns);
+        const double wall_here = (double)(vd_clock_ns() - start_ns);
+        const double here = busy_here > 0.0 ? wall_here / busy_here : 1.0;
+        int at = b; /* kept in order */
+        for (; at > 0 && stretch[at - 1] > here; at--) {
+            stretch[at] = stretch[at - 1];
+        }
+        stretch[at] = here;
+        busy += busy_here;
+        wall += wall_here;
+    }
+    const double ns = busy > 0.0 ? busy * stretch[batches / 2] : wall;
+    *seconds = ns * 1e-9 * tiles / count;
+    return vd_success();
+}
+
 vd_status vd_terrain_estimate(vd_context *context, vd_job *job, const vd_terrain_def *def,
                               const vd_camera *camera, int width, int height, double *seconds,
                               size_t *bytes) {
@@ -286,20 +321,16 @@ vd_status vd_terrain_estimate(vd_context *context, vd_job *job, const vd_terrain
     r.frame = frame;
     r.tiles_x = tile_count(width);
     const int tiles = r.tiles_x * tile_count(height);
-    /* A sixteenth of the tiles, at least 64, and a step that does not walk down one column. */
-    int step = tiles / 64 < 16 ? tiles / 64 : 16;
+    /* At least 192 tiles, and a step that does not walk down one column. */
+    int step = tiles / 192 < 16 ? tiles / 192 : 16;
     step = step < 1 ? 1 : step;
     while (step > 1 && r.tiles_x % step == 0) {
         step--;
     }
-    r.tile_step = step;
-    const int count = (tiles + step - 1) / step;
     const size_t before = vd_context_memory(context).bytes_now;
     vd_context_memory_reset_peak(context);
-    const uint64_t start_ns = vd_clock_ns();
-    status = draw_tiles(context, job, &r, count, NULL);
+    status = measure_tiles(context, job, &r, tiles, step, seconds);
     if (status.code == VD_OK) {
-        *seconds = (double)(vd_clock_ns() - start_ns) * 1e-9 * tiles / count;
         *bytes = vd_context_memory(context).bytes_peak - before;
     }
     vd_frame_destroy(&frame);
@@ -316,19 +347,27 @@ vd_status vd_terrain_explain_empty(const vd_terrain_def *def, const vd_camera *c
     const double ground = vd_heightfield_height_at(h, camera->eye.x, camera->eye.y);
     if (camera->eye.z < ground * def->exaggeration) {
         return vd_failure(VD_ERROR_EMPTY,
-                          "the picture is empty: the camera is under ground, at %.1f m where the "
-                          "ground is at %.1f m; raise it",
+                          "the picture is empty: the camera is under ground, at %.10g m where the "
+                          "ground is at %.10g m; raise it",
                           camera->eye.z, ground * def->exaggeration);
     }
     vd_vec3 min, max;
     vd_heightfield_bounds(h, &min, &max);
     min.z *= def->exaggeration;
     max.z *= def->exaggeration;
-    const vd_frustum frustum = vd_camera_frustum(camera, width, height);
-    if (!vd_frustum_touches_box(&frustum, min, max)) {
+    vd_frustum frustum = vd_camera_frustum(camera, width, height);
+    const bool touches = vd_frustum_touches_box(&frustum, min, max);
+    frustum.planes[4].offset -= camera->near_m; /* the near plane, moved to the eye */
+    if (!touches && vd_frustum_touches_box(&frustum, min, max)) {
         return vd_failure(VD_ERROR_EMPTY,
-                          "the picture is empty: the camera at %.1f, %.1f, %.1f m looks away from "
-                          "the terrain (x %.1f … %.1f, y %.1f … %.1f m); turn or move it",
+                          "the picture is empty: all of the terrain lies before the near plane, "
+                          "%.10g m from the camera, where nothing is drawn; bring it nearer",
+                          camera->near_m);
+    }
+    if (!touches) {
+        return vd_failure(VD_ERROR_EMPTY,
+                          "the picture is empty: the camera at %.10g, %.10g, %.10g m looks away "
+                          "from the terrain (x %.10g … %.10g, y %.10g … %.10g m); turn or move it",
                           camera->eye.x, camera->eye.y, camera->eye.z, min.x, max.x, min.y, max.y);
     }
     if (camera->eye.z < max.z) {
