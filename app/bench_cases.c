@@ -21,6 +21,7 @@ typedef struct scene {
     vd_frame *frame;
     vd_classic_def classic;
     vd_classic_method method;
+    vd_classic_renderer *renderer; /* of the march, made once per map */
     vd_terrain_def terrain;
     vd_camera camera;
     vd_png_def png;
@@ -29,6 +30,7 @@ typedef struct scene {
 
 static void scene_finish(scene *s) {
     if (s->context != NULL) {
+        vd_classic_renderer_destroy(&s->renderer);
         vd_frame_destroy(&s->frame);
         vd_heightfield_destroy(s->context, &s->map);
         vd_context_destroy(&s->context);
@@ -79,6 +81,9 @@ static vd_status measure_picture(bench_run *run, scene *s, bench_work *work, ben
 
 static vd_status render_classic(void *user) {
     scene *s = user;
+    if (s->method == VD_CLASSIC_MARCH) {
+        return vd_classic_renderer_draw(s->renderer, NULL, &s->classic, s->frame);
+    }
     return vd_classic_render(s->context, NULL, s->map, &s->classic, s->method, s->frame, NULL);
 }
 
@@ -89,44 +94,57 @@ static vd_status render_terrain(void *user) {
 
 /* ---- classic ----------------------------------------------------------------------------------*/
 
+/* One view of the map at one SIMD level and number of threads, by several methods. */
+typedef struct classic_view {
+    const char *name;
+    double height, growth; /* of the eye; of the steps */
+    int width, rows;
+} classic_view;
+
 /* The same view with the lens renderer: plain colours, one sample, as the classic picture has it.
  * Another picture, since its surface is bilinear, has no slices and ends at the map's edge. */
-static vd_status measure_classic_raycast(bench_run *run, const char *name, vd_isa isa,
+static vd_status measure_classic_raycast(bench_run *run, const classic_view *view, vd_isa isa,
                                          int threads) {
     scene s;
-    vd_status status = scene_init(&s, VD_HEIGHT_F32, isa, threads, CLASSIC_WIDTH, CLASSIC_HEIGHT);
+    vd_status status = scene_init(&s, VD_HEIGHT_F32, isa, threads, view->width, view->rows);
     if (status.code != VD_OK) {
         return status;
     }
     s.camera = vd_classic_camera(&s.classic, s.frame->width, s.frame->height);
+    s.terrain.method = VD_TERRAIN_RAYCAST;
     s.terrain.filter = VD_FILTER_NEAREST;
     s.terrain.samples = 1;
     s.terrain.shading = false;
     s.terrain.shadows = false;
     s.terrain.sky = false;
     s.terrain.background = s.classic.background;
-    bench_result result = {.case_name = name};
+    bench_result result = {.case_name = view->name};
     status = measure_picture(run, &s, render_terrain, &result, "raycast");
     scene_finish(&s);
     return status;
 }
 
-/* The methods from `first` to `last` on one SIMD level and number of threads. */
-static vd_status measure_classic(bench_run *run, const char *name, double growth, vd_isa isa,
-                                 int threads, vd_classic_method first, vd_classic_method last) {
+/* The methods from `first` to `last`. */
+static vd_status measure_classic(bench_run *run, const classic_view *view, vd_isa isa, int threads,
+                                 vd_classic_method first, vd_classic_method last) {
     scene s;
-    vd_status status = scene_init(&s, VD_HEIGHT_U8, isa, threads, CLASSIC_WIDTH, CLASSIC_HEIGHT);
+    vd_status status = scene_init(&s, VD_HEIGHT_U8, isa, threads, view->width, view->rows);
     if (status.code != VD_OK) {
         return status;
     }
-    if (growth > 0) {
+    s.classic.height = view->height;
+    if (view->growth > 0) {
         s.classic.step = 1;
-        s.classic.growth = growth;
+        s.classic.growth = view->growth;
+        s.classic.distance = 800;
+    }
+    if (last >= VD_CLASSIC_MARCH) {
+        status = vd_classic_renderer_create(s.context, s.map, &s.renderer);
     }
     for (int m = first; m <= (int)last && status.code == VD_OK; m++) {
         s.method = (vd_classic_method)m;
         bench_result result = {
-            .case_name = name, .reference = m == VD_CLASSIC_REFERENCE, .same_picture = true};
+            .case_name = view->name, .reference = m == VD_CLASSIC_REFERENCE, .same_picture = true};
         status =
             measure_picture(run, &s, render_classic, &result, vd_classic_method_name(s.method));
     }
@@ -134,17 +152,17 @@ static vd_status measure_classic(bench_run *run, const char *name, double growth
     return status;
 }
 
-static vd_status classic_with(bench_run *run, const char *name, double growth) {
+/* The reference on one thread (it is serial), then the methods from `first` on. */
+static vd_status measure_view(bench_run *run, const classic_view *view, vd_classic_method first) {
     vd_status status = vd_success();
     for (int i = 0; i < run->isa_count && status.code == VD_OK; i++) {
-        /* The reference is serial, so it is measured once. */
-        status = measure_classic(run, name, growth, run->isas[i], 1, VD_CLASSIC_REFERENCE,
-                                 VD_CLASSIC_REFERENCE);
+        status =
+            measure_classic(run, view, run->isas[i], 1, VD_CLASSIC_REFERENCE, VD_CLASSIC_REFERENCE);
         for (int t = 0; t < run->thread_count && status.code == VD_OK; t++) {
-            status = measure_classic(run, name, growth, run->isas[i], run->threads[t],
-                                     VD_CLASSIC_REFERENCE + 1, VD_CLASSIC_METHOD_COUNT - 1);
-            if (status.code == VD_OK && growth == 0) {
-                status = measure_classic_raycast(run, name, run->isas[i], run->threads[t]);
+            status = measure_classic(run, view, run->isas[i], run->threads[t], first,
+                                     VD_CLASSIC_METHOD_COUNT - 1);
+            if (status.code == VD_OK && first <= VD_CLASSIC_SLICES) {
+                status = measure_classic_raycast(run, view, run->isas[i], run->threads[t]);
             }
         }
     }
@@ -152,14 +170,31 @@ static vd_status classic_with(bench_run *run, const char *name, double growth) {
 }
 
 static vd_status case_classic(bench_run *run, const char *name) {
-    return classic_with(run, name, 0.0);
+    const classic_view view = {name, 78, 0, CLASSIC_WIDTH, CLASSIC_HEIGHT};
+    return measure_view(run, &view, VD_CLASSIC_SLICES);
+}
+
+static vd_status case_classic_high(bench_run *run, const char *name) {
+    const classic_view view = {name, 200, 0, CLASSIC_WIDTH, CLASSIC_HEIGHT};
+    return measure_view(run, &view, VD_CLASSIC_MARCH);
+}
+
+static vd_status case_classic_1080p(bench_run *run, const char *name) {
+    const classic_view view = {name, 78, 0, 1920, 1080};
+    return measure_view(run, &view, VD_CLASSIC_MARCH);
+}
+
+static vd_status case_classic_high_1080p(bench_run *run, const char *name) {
+    const classic_view view = {name, 200, 0, 1920, 1080};
+    return measure_view(run, &view, VD_CLASSIC_MARCH);
 }
 
 static vd_status case_classic_growth(bench_run *run, const char *name) {
-    return classic_with(run, name, 0.005);
+    const classic_view view = {name, 78, 0.005, CLASSIC_WIDTH, CLASSIC_HEIGHT};
+    return measure_view(run, &view, VD_CLASSIC_COLUMNS);
 }
 
-/* ---- raycast ----------------------------------------------------------------------------------*/
+/* ---- lens -------------------------------------------------------------------------------------*/
 
 /* A view over the map from above its southern half, northwards and a little down. */
 static void set_lens_view(scene *s) {
@@ -171,7 +206,8 @@ static void set_lens_view(scene *s) {
     s->camera.near_m = 1.0;
 }
 
-static vd_status case_raycast(bench_run *run, const char *name) {
+/* The plain ray caster on one thread, then both methods on every number of threads. */
+static vd_status case_lens(bench_run *run, const char *name) {
     vd_status status = vd_success();
     for (int i = 0; i < run->isa_count && status.code == VD_OK; i++) {
         for (int t = 0; t < run->thread_count && status.code == VD_OK; t++) {
@@ -183,8 +219,14 @@ static vd_status case_raycast(bench_run *run, const char *name) {
             }
             set_lens_view(&s);
             s.terrain.samples = 1;
-            bench_result result = {.case_name = name, .reference = t == 0, .same_picture = true};
-            status = measure_picture(run, &s, render_terrain, &result, "raycast");
+            for (int m = VD_TERRAIN_METHOD_COUNT - 1; m >= 0 && status.code == VD_OK; m--) {
+                s.terrain.method = (vd_terrain_method)m;
+                bench_result result = {.case_name = name,
+                                       .reference = t == 0 && m == VD_TERRAIN_RAYCAST,
+                                       .same_picture = true};
+                status = measure_picture(run, &s, render_terrain, &result,
+                                         vd_terrain_method_name(s.terrain.method));
+            }
             scene_finish(&s);
         }
     }
@@ -293,9 +335,12 @@ static vd_status case_startup(bench_run *run, const char *name) {
 const bench_case *bench_case_at(int index) {
     static const bench_case cases[] = {
         {"classic", "the published Voxel Space scene: 99,990 slices, all methods", case_classic},
-        {"classic-growth", "the same with steps that grow by 0.005, as in 1992",
+        {"classic-growth", "the schedule of 1992: distance 800, steps that grow by 0.005",
          case_classic_growth},
-        {"raycast", "a lens view with light and shadows, one sample a pixel", case_raycast},
+        {"classic-high", "the same scene seen from above everything", case_classic_high},
+        {"classic-1080p", "the published scene, 1920x1080", case_classic_1080p},
+        {"classic-high-1080p", "from above everything, 1920x1080", case_classic_high_1080p},
+        {"lens", "a lens view with light and shadows, one sample a pixel", case_lens},
         {"png", "writing a 1920x1080 picture, by zlib level; CPU time", case_png},
         {"startup", "starting the program until it ends, with --version", case_startup},
     };

@@ -428,7 +428,7 @@ static void every_allocation_fails(void **state) {
 
 static void methods_have_names(void **state) {
     (void)state;
-    const char *names[] = {"reference", "slices", "columns", "scan"};
+    const char *names[] = {"reference", "slices", "columns", "scan", "march"};
     for (int method = 0; method < VD_CLASSIC_METHOD_COUNT; method++) {
         assert_string_equal(vd_classic_method_name((vd_classic_method)method), names[method]);
     }
