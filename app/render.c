@@ -11,8 +11,9 @@ static void print_help(void) {
         "       veduta render --classic KEY=VALUE,… --height H.png --color C.png [-o view.png]\n"
         "       veduta render OPTIONS.json\n\n"
         "Draws a view of elevation data: PNG, PGM, .hgt, ESRI ASCII and raw files, and with GDAL\n"
-        "everything that it reads. Several files become one terrain. An option may be written\n"
-        "--name VALUE or --name=VALUE.\n",
+        "everything that it reads; - is standard input, for what needs neither name nor GDAL.\n"
+        "Several files become one terrain. An option may be written --name VALUE or "
+        "--name=VALUE.\n",
         stdout);
     vd_options_print_help(vd_render_table, OPTION_COUNT, stdout);
     fputs("\nexamples\n"

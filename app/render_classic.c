@@ -174,8 +174,9 @@ static vd_status draw_columns(vd_render_run *run, const vd_heightfield *map, int
  * taken from the less disturbed of the two. */
 static vd_status estimate(vd_render_run *run, const vd_heightfield *map) {
     int width = run->settings->width;
-    int narrow = width / 8 > 0 ? width / 8 : 1;
-    int wide = width / 4 > narrow ? width / 4 : width;
+    /* Far apart, so that an error of either weighs little in their difference. */
+    int narrow = width / 16 > 0 ? width / 16 : 1;
+    int wide = width / 3 > narrow ? width / 3 : width;
     cost first = {0.0, 0.0}, second = {0.0, 0.0};
     vd_process_memory loaded = vd_process_memory_now();
     run->ready_seconds = vd_seconds_now() - run->start;
