@@ -122,35 +122,47 @@ static vd_status read_picture(const vd_options *options, vd_render_settings *out
     return vd_success();
 }
 
+/* Appends "name, " to a list. */
+static void append_name(char *list, size_t list_bytes, const char *name) {
+    const size_t used = strlen(list);
+    snprintf(list + used, list_bytes - used, "%s%s", used > 0 ? ", " : "", name);
+}
+
 static vd_status read_method(const vd_options *options, vd_render_settings *out) {
     const char *method = text_of(options, OPTION_METHOD);
-    char names[160] = "";
-    out->classic_method = VD_CLASSIC_COLUMNS;
-    if (strcmp(method, "auto") == 0 || (!out->classic && strcmp(method, "raycast") == 0)) {
-        return vd_success();
+    const bool automatic = strcmp(method, "auto") == 0;
+    char lens[80] = "", classic[160] = "";
+    bool lens_found = automatic, classic_found = automatic;
+    out->terrain_method = VD_TERRAIN_MARCH;
+    out->classic_method = VD_CLASSIC_MARCH;
+    for (int i = 0; i < VD_TERRAIN_METHOD_COUNT; i++) {
+        const char *name = vd_terrain_method_name((vd_terrain_method)i);
+        append_name(lens, sizeof lens, name);
+        if (strcmp(method, name) == 0) {
+            out->terrain_method = (vd_terrain_method)i;
+            lens_found = true;
+        }
     }
     for (int i = 0; i < VD_CLASSIC_METHOD_COUNT; i++) {
         const char *name = vd_classic_method_name((vd_classic_method)i);
-        size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "", name);
-        if (strcmp(method, name) != 0) {
-            continue;
+        append_name(classic, sizeof classic, name);
+        if (strcmp(method, name) == 0) {
+            out->classic_method = (vd_classic_method)i;
+            classic_found = true;
         }
-        if (!out->classic) {
-            return vd_failure(VD_ERROR_ARGUMENT,
-                              "--method: %s draws the classic picture only; add "
-                              "--classic, or give raycast",
-                              name);
-        }
-        out->classic_method = (vd_classic_method)i;
+    }
+    if (out->classic ? classic_found : lens_found) {
         return vd_success();
     }
-    return vd_failure(VD_ERROR_ARGUMENT, "--method: there is no \"%.40s\"%s; give one of %s%s",
-                      method, out->classic ? " for --classic" : "",
-                      out->classic ? ""
-                                   : "raycast; "
-                                     "with --classic ",
-                      names);
+    if (classic_found) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--method: %s draws the classic picture only; add --classic, or give "
+                          "one of %s",
+                          method, lens);
+    }
+    return vd_failure(VD_ERROR_ARGUMENT, "--method: there is no \"%.40s\"%s; give one of %s%s%s",
+                      method, out->classic ? " for --classic" : "", out->classic ? classic : lens,
+                      out->classic ? "" : "; with --classic ", out->classic ? "" : classic);
 }
 
 /* ---- look -------------------------------------------------------------------------------------

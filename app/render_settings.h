@@ -127,6 +127,7 @@ typedef struct vd_render_settings {
     bool classic;
     vd_classic_def classic_def;
     double classic_yaw; /* degrees, as given */
+    vd_terrain_method terrain_method;
     vd_classic_method classic_method;
     bool print_camera, dry_run, allow_empty, json, quiet;
 } vd_render_settings;

@@ -61,8 +61,9 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .letter = 'm',
          .argument = "NAME",
          .fallback = "auto",
-         .help = "raycast: one ray at a time, which defines the picture; with --classic reference, "
-                 "slices, columns or scan, all the same bytes; auto: raycast, columns"},
+         .help = "march, or raycast: one ray at a time through every cell, which defines the "
+                 "picture; with --classic reference, slices, columns, scan or march; all the same "
+                 "bytes; auto: march"},
     [OPTION_THREADS] = {.key = "threads",
                         .group = PICTURE,
                         .type = VD_OPTION_INTEGER,

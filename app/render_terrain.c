@@ -55,6 +55,7 @@ static vd_terrain_def make_def(const vd_render_settings *s, const vd_scene *scen
     def.heightfield = scene->terrain;
     def.colormap = colormap;
     def.light = make_light(s);
+    def.method = s->terrain_method;
     def.filter = s->filter;
     def.samples = s->samples;
     def.exaggeration = s->exaggeration;
