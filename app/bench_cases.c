@@ -138,11 +138,14 @@ static vd_status measure_classic(bench_run *run, const classic_view *view, vd_is
         s.classic.growth = view->growth;
         s.classic.distance = 800;
     }
-    if (last >= VD_CLASSIC_MARCH) {
-        status = vd_classic_renderer_create(s.context, s.map, &s.renderer);
-    }
     for (int m = first; m <= (int)last && status.code == VD_OK; m++) {
         s.method = (vd_classic_method)m;
+        if (m == VD_CLASSIC_MARCH) {
+            status = vd_classic_renderer_create(s.context, s.map, &s.renderer);
+            if (status.code != VD_OK) {
+                break;
+            }
+        }
         bench_result result = {
             .case_name = view->name, .reference = m == VD_CLASSIC_REFERENCE, .same_picture = true};
         status =
