@@ -55,7 +55,7 @@ bool vd_read_color(const char *text, vd_rgba8 *out) {
     return true;
 }
 
-static bool ends_with(const char *text, const char *ending) {
+bool vd_ends_with(const char *text, const char *ending) {
     size_t length = strlen(text), tail = strlen(ending);
     return length >= tail && strcmp(text + length - tail, ending) == 0;
 }
@@ -74,13 +74,13 @@ static vd_status read_output(const vd_options *options, vd_render_settings *out)
                           "--output: %.200s does not end in .png; pictures are written as PNG only",
                           out->output);
     }
-    if (out->depth != NULL && !ends_with(out->depth, ".exr") && !ends_with(out->depth, ".pfm") &&
-        !ends_with(out->depth, ".png")) {
+    if (out->depth != NULL && !vd_ends_with(out->depth, ".exr") &&
+        !vd_ends_with(out->depth, ".pfm") && !vd_ends_with(out->depth, ".png")) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "--depth: %.200s ends in none of .exr, .pfm and .png; name one of them",
                           out->depth);
     }
-    if (out->ids != NULL && !ends_with(out->ids, ".png")) {
+    if (out->ids != NULL && !vd_ends_with(out->ids, ".png")) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "--ids: %.200s does not end in .png; name one that "
                           "does",
@@ -235,154 +235,6 @@ static vd_status read_look(const vd_options *options, vd_render_settings *out) {
         }
     }
     return read_sky(options, out);
-}
-
-/* ---- camera -----------------------------------------------------------------------------------
- */
-
-/* World metres beyond this say nothing about terrain: no map that is read is as large. */
-static const double farthest_m = 1e15;
-
-static bool is_near_enough(double metres) {
-    return metres >= -farthest_m && metres <= farthest_m;
-}
-
-/* Reads X,Y,Z, or LAT,LON with a height that says its unit. */
-static bool read_position(const char *text, vd_position *out) {
-    int count = vd_read_numbers(text, out->v, 3);
-    if (count == 3) {
-        out->kind = VD_POSITION_WORLD;
-        return is_near_enough(out->v[0]) && is_near_enough(out->v[1]) && is_near_enough(out->v[2]);
-    }
-    char copy[160];
-    if (strlen(text) >= sizeof copy) {
-        return false;
-    }
-    strcpy(copy, text);
-    out->kind = VD_POSITION_ABOVE_GROUND;
-    out->v[2] = 0.0;
-    if (count < 0) {
-        char *height = strrchr(copy, ',');
-        if (height == NULL) {
-            return false;
-        }
-        *height++ = '\0';
-        if (ends_with(height, "masl")) {
-            out->kind = VD_POSITION_ABOVE_SEA;
-            height[strlen(height) - 3] = '\0';
-        }
-        if (!vd_read_distance(height, &out->v[2])) {
-            return false;
-        }
-    }
-    /* Data may begin at longitude -180, 0 or beside 180; a turn more than that still is a place. */
-    return vd_read_numbers(copy, out->v, 2) == 2 && out->v[0] >= -90.0 && out->v[0] <= 90.0 &&
-           out->v[1] >= -720.0 && out->v[1] <= 720.0 && is_near_enough(out->v[2]);
-}
-
-static vd_status refuse_together(const vd_options *options, int given, const int *others,
-                                 int count) {
-    for (int i = 0; i < count; i++) {
-        if (vd_options_given(options, others[i])) {
-            return vd_failure(VD_ERROR_ARGUMENT,
-                              "--%s and --%s belong to different ways of saying "
-                              "where the camera is; give one of them",
-                              options->table[given].key, options->table[others[i]].key);
-        }
-    }
-    return vd_success();
-}
-
-/* Finds which of the three spellings the options make up. */
-static vd_status read_spelling(const vd_options *options, vd_camera_settings *out) {
-    static const int orbit[] = {OPTION_AZIMUTH, OPTION_ELEVATION, OPTION_DISTANCE};
-    static const int angles[] = {OPTION_HEADING, OPTION_PITCH};
-    bool turned =
-        vd_options_given(options, OPTION_HEADING) || vd_options_given(options, OPTION_PITCH);
-    if (!vd_options_given(options, OPTION_EYE)) {
-        out->spelling = VD_SPELLING_ORBIT;
-        if (turned) {
-            return vd_failure(VD_ERROR_ARGUMENT,
-                              "--%s needs --eye; around a target the camera is "
-                              "turned by --azimuth and --elevation",
-                              vd_options_given(options, OPTION_HEADING) ? "heading" : "pitch");
-        }
-        return vd_success();
-    }
-    vd_status status = refuse_together(options, OPTION_EYE, orbit, 3);
-    if (status.code == VD_OK && vd_options_given(options, OPTION_TARGET)) {
-        status = refuse_together(options, OPTION_TARGET, angles, 2);
-    }
-    out->spelling = turned ? VD_SPELLING_ANGLES : VD_SPELLING_LOOK_AT;
-    return status;
-}
-
-vd_status vd_render_prefer_flags(vd_options *options) {
-    enum { MOST = 4, NONE = -1 };
-    static const struct {
-        int flags[MOST], dropped[MOST]; /* any of the flags drops these */
-    } rules[] = {
-        {{OPTION_EYE, OPTION_HEADING, OPTION_PITCH, NONE},
-         {OPTION_AZIMUTH, OPTION_ELEVATION, OPTION_DISTANCE, NONE}},
-        {{OPTION_AZIMUTH, OPTION_ELEVATION, OPTION_DISTANCE, NONE},
-         {OPTION_EYE, OPTION_HEADING, OPTION_PITCH, NONE}},
-        {{OPTION_TARGET, NONE}, {OPTION_HEADING, OPTION_PITCH, NONE}},
-        {{OPTION_HEADING, OPTION_PITCH, NONE}, {OPTION_TARGET, NONE}},
-        {{OPTION_COLOR, NONE}, {OPTION_COLORMAP, NONE}},
-        {{OPTION_COLORMAP, NONE}, {OPTION_COLOR, NONE}},
-        {{OPTION_BACKGROUND, NONE}, {OPTION_SKY, NONE}},
-        {{OPTION_SKY, NONE}, {OPTION_BACKGROUND, NONE}},
-    };
-    vd_status status = vd_success();
-    for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {
-        bool by_flag = false;
-        for (int j = 0; rules[i].flags[j] != NONE; j++) {
-            by_flag |= options->values[rules[i].flags[j]].source == VD_SOURCE_FLAG;
-        }
-        for (int j = 0; by_flag && rules[i].dropped[j] != NONE && status.code == VD_OK; j++) {
-            status = vd_options_drop_file_value(options, rules[i].dropped[j]);
-        }
-    }
-    return status;
-}
-
-static vd_status read_camera(const vd_options *options, vd_camera_settings *out) {
-    vd_status status = read_spelling(options, out);
-    if (status.code != VD_OK) {
-        return status;
-    }
-    const char *eye = text_of(options, OPTION_EYE), *target = text_of(options, OPTION_TARGET);
-    if (eye != NULL &&
-        (vd_read_numbers(eye, out->eye.v, 3) == 2 || !read_position(eye, &out->eye))) {
-        return vd_failure(
-            VD_ERROR_ARGUMENT,
-            "--eye: \"%.60s\" is not a position; give X,Y,Z in "
-            "metres (up to 1e15), or LAT,LON with a height: 45.83,6.86,2m above ground, "
-            "45.83,6.86,3000masl above sea level",
-            eye);
-    }
-    if (target != NULL && !read_position(target, &out->target)) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "--target: \"%.60s\" is not a position; give X,Y,Z in "
-                          "metres (up to 1e15), or LAT,LON in degrees",
-                          target);
-    }
-    out->azimuth = number_of(options, OPTION_AZIMUTH);
-    out->elevation = number_of(options, OPTION_ELEVATION);
-    out->elevation_given = vd_options_given(options, OPTION_ELEVATION);
-    out->distance_m = number_of(options, OPTION_DISTANCE);
-    out->heading = number_of(options, OPTION_HEADING);
-    out->pitch = number_of(options, OPTION_PITCH);
-    out->roll = number_of(options, OPTION_ROLL);
-    out->fov = number_of(options, OPTION_FOV);
-    out->near_m = number_of(options, OPTION_NEAR);
-    out->projection = (vd_projection)number_of(options, OPTION_PROJECTION);
-    if (out->projection == VD_PROJECTION_ORTHOGRAPHIC && out->spelling == VD_SPELLING_ANGLES) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "--projection orthographic needs a target to take its "
-                          "scale from; give --target, or --azimuth and --elevation");
-    }
-    return vd_success();
 }
 
 /* ---- data -------------------------------------------------------------------------------------
@@ -631,7 +483,7 @@ vd_status vd_render_settings_read(const vd_options *options, vd_render_settings 
         status = read_look(options, &made);
     }
     if (status.code == VD_OK) {
-        status = read_camera(options, &made.camera);
+        status = vd_camera_settings_read(options, &made.camera);
     }
     if (status.code == VD_OK) {
         status = read_data(options, &made);

@@ -145,4 +145,9 @@ VD_MUST_USE vd_status vd_render_apply_preset(vd_options *options);
 /* Reads RRGGBB (a # before it is allowed). */
 bool vd_read_color(const char *text, vd_rgba8 *out);
 
+bool vd_ends_with(const char *text, const char *ending);
+
+/* Reads the camera's options. Returns VD_ERROR_ARGUMENT naming the option. */
+VD_MUST_USE vd_status vd_camera_settings_read(const vd_options *options, vd_camera_settings *out);
+
 #endif
