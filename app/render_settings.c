@@ -1,6 +1,7 @@
 /* render_settings.c: what the texts of the render options mean. */
 #include "render_settings.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -296,6 +297,15 @@ static vd_status read_data(const vd_options *options, vd_render_settings *out) {
                           "1201x1201:i16:big",
                           raw);
     }
+    const char *extent = text_of(options, OPTION_EXTENT);
+    const double *e = out->extent;
+    if (vd_read_numbers(extent, out->extent, 4) != 4 || !(e[0] < e[2]) || !(e[1] < e[3]) ||
+        !(fabs(e[0]) < 1e9 && fabs(e[1]) < 1e9 && fabs(e[2]) < 1e9 && fabs(e[3]) < 1e9)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--extent: \"%.80s\" is not a rectangle; give X0,Y0,X1,Y1 in metres "
+                          "(below 1e9) with X0 < X1 and Y0 < Y1",
+                          extent);
+    }
     out->fill_missing = number_of(options, OPTION_MISSING) != 0.0;
     out->band = (int)number_of(options, OPTION_BAND);
     double numbers[3] = {0.0, 0.0, 0.0};
@@ -369,7 +379,7 @@ static vd_status refuse_in_classic(const vd_options *options) {
         OPTION_PITCH,    OPTION_ROLL,         OPTION_FOV,           OPTION_PROJECTION,
         OPTION_NEAR,     OPTION_MISSING,      OPTION_NODATA,        OPTION_CELL_SIZE,
         OPTION_RAW,      OPTION_HEIGHT_SCALE, OPTION_HEIGHT_OFFSET, OPTION_HEIGHT_ENCODING,
-        OPTION_BAND,     OPTION_BANDS,
+        OPTION_BAND,     OPTION_BANDS,        OPTION_FUNCTION,      OPTION_EXTENT,
     };
     static const struct {
         int option;
@@ -422,6 +432,7 @@ static vd_status read_classic(const vd_options *options, vd_render_settings *out
 /* What the picture is made from: files, or for the classic one --height. */
 static vd_status read_inputs(const vd_options *options, vd_render_settings *out) {
     const char *height = text_of(options, OPTION_HEIGHT);
+    out->function = text_of(options, OPTION_FUNCTION);
     out->inputs = (const char *const *)options->inputs;
     out->input_count = options->input_count;
     if (!out->classic && height != NULL) {
@@ -440,7 +451,12 @@ static vd_status read_inputs(const vd_options *options, vd_render_settings *out)
         out->inputs = (const char *const *)&options->values[OPTION_HEIGHT].text;
         out->input_count = 1;
     }
-    if (out->input_count == 0) {
+    if (out->function != NULL && (out->input_count > 0 || text_of(options, OPTION_COLOR) != NULL)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--function makes heights and colours itself; leave out %.120s",
+                          out->input_count > 0 ? out->inputs[0] : "--color");
+    }
+    if (out->input_count == 0 && out->function == NULL) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "there is nothing to render; name an elevation file, "
                           "as in `veduta render %s`",

@@ -56,6 +56,8 @@ enum {
     OPTION_RAW,
     OPTION_BAND,
     OPTION_BANDS,
+    OPTION_FUNCTION,
+    OPTION_EXTENT,
 
     OPTION_CLASSIC,
     OPTION_HEIGHT,
@@ -108,6 +110,8 @@ typedef struct vd_render_settings {
     const char *output, *depth, *ids; /* depth and ids null unless asked for */
     const char *const *inputs;
     int input_count;
+    const char *function; /* a formula in place of inputs, or null */
+    double extent[4];     /* of the function: x0, y0, x1, y1, metres */
     int width, height, samples, threads, png_level;
     vd_filter filter;
     const char *color, *colormap;     /* color null: none */

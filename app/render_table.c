@@ -332,6 +332,21 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                      .unit = "1 is the first",
                      .fallback = "0",
                      .help = "band that holds the heights (with GDAL); 0: the first"},
+    [OPTION_FUNCTION] =
+        {.key = "function",
+         .group = DATA,
+         .type = VD_OPTION_TEXT,
+         .argument = "FORMULA",
+         .help = "terrain from a formula in place of a file, such as "
+                 "\"h=60*cos(x/40)*sin(y/40); rgb=hsv(h/120,0.6,1)\"; docs/function-terrain.md"},
+    [OPTION_EXTENT] = {.key = "extent",
+                       .group = DATA,
+                       .type = VD_OPTION_TEXT,
+                       .argument = "X0,Y0,X1,Y1",
+                       .unit = "metres",
+                       .fallback = "-512,-512,512,512",
+                       .help = "what of --function is drawn: west, south, east, north; sampled "
+                               "every --cell-size, else 1024 times along the longer side"},
     [OPTION_BANDS] = {.key = "bands",
                       .group = DATA,
                       .type = VD_OPTION_TEXT,

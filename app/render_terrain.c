@@ -333,6 +333,8 @@ vd_status vd_render_terrain(vd_render_run *run) {
     }
     vd_scene_def def = {.inputs = s->inputs,
                         .input_count = s->input_count,
+                        .function = s->function,
+                        .extent = {s->extent[0], s->extent[1], s->extent[2], s->extent[3]},
                         .dem = s->dem,
                         .has_cell_size = s->has_cell_size,
                         .band = s->band,

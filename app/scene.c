@@ -266,8 +266,59 @@ static void remember(vd_scene *scene, vd_dem *dem) {
     dem->crs = NULL;
 }
 
+/* Samples along the longer side of a formula's extent when --cell-size is not given. */
+#define FUNCTION_SAMPLES 1024
+
+static vd_status load_function(vd_context *context, const vd_scene_def *def, vd_scene *scene) {
+    const double *e = def->extent;
+    const double wide = e[2] - e[0], high = e[3] - e[1];
+    double cell = (wide > high ? wide : high) / FUNCTION_SAMPLES;
+    if (def->has_cell_size) {
+        cell = def->dem.cell_size_m;
+    }
+    if (wide / cell >= VD_MAX_SIDE || high / cell >= VD_MAX_SIDE) {
+        return vd_failure(VD_ERROR_LIMIT,
+                          "--extent is %.10g × %.10g cells, more than %d a side; give a larger "
+                          "--cell-size",
+                          wide / cell, high / cell, VD_MAX_SIDE);
+    }
+    const vd_function_grid grid = {e[0], e[3], cell, (int)floor(wide / cell) + 1,
+                                   (int)floor(high / cell) + 1};
+    vd_function *function = NULL;
+    vd_status status = vd_function_compile(context, def->function, &function);
+    if (status.code == VD_OK) {
+        status = vd_function_heightfield(context, NULL, function, &grid, &scene->terrain);
+    }
+    vd_function_destroy(context, &function);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    if (scene->terrain->holes == (uint64_t)grid.width * (uint64_t)grid.height) {
+        vd_heightfield_destroy(context, &scene->terrain);
+        return vd_failure(VD_ERROR_EMPTY, "--function gives no height anywhere in --extent (every "
+                                          "value is infinite or not a number); change one of them");
+    }
+    scene->kind = VD_CRS_NONE;
+    scene->crs_unit_m = 1.0;
+    scene->placement = (vd_placement){0.0, 0.0, 1.0, 1.0};
+    scene->missing = scene->terrain->holes;
+    memcpy(scene->crs_from_sample, scene->terrain->world_from_sample,
+           sizeof scene->crs_from_sample);
+    snprintf(scene->format, sizeof scene->format, "formula, %d × %d samples %.6g m apart",
+             grid.width, grid.height, cell);
+    snprintf(scene->height_type, sizeof scene->height_type, "formula");
+    return vd_success();
+}
+
 vd_status vd_scene_load(vd_context *context, const vd_scene_def *def, vd_scene *out) {
     vd_scene scene = {.context = context};
+    if (def->function != NULL) {
+        vd_status made = load_function(context, def, &scene);
+        if (made.code == VD_OK) {
+            *out = scene;
+        }
+        return made;
+    }
     vd_dem *dem = NULL;
     vd_picture *colors = NULL;
     double color_from_sample[6];

@@ -8,7 +8,9 @@
 typedef struct vd_scene_def {
     const char *const *inputs; /* elevation files; several become one terrain */
     int input_count;
-    vd_dem_def dem; /* what the files do not say themselves */
+    const char *function; /* a formula in place of the files; null: files */
+    double extent[4];     /* what of the function is sampled: x0, y0, x1, y1, metres */
+    vd_dem_def dem;       /* what the files do not say themselves */
     bool has_cell_size;
     int band; /* of the elevation files; 0: the first */
     bool fill_missing;

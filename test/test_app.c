@@ -525,6 +525,27 @@ static void test_classic(void **state) {
     FAILS(1, "background", "render", "map.pgm", "--classic", "distance=200,height=255,horizon=600");
 }
 
+static void test_function(void **state) {
+    (void)state;
+    const char *formula = "h=60*cos(x/40)*sin(y/40); rgb=hsv(h/120,0.6,1)";
+    char first[17], second[17];
+    SUCCEEDS("render", "--function", formula, "--extent", "-90,-60,90,60", "-s", "64x40", "-j",
+             "--method", "march");
+    take_hash(first);
+    expect_text(last.out, "formula", "the result");
+    SUCCEEDS("render", "--function", formula, "--extent=-90,-60,90,60", "-s", "64x40", "-j",
+             "--method", "raycast", "--threads", "3");
+    take_hash(second);
+    assert_string_equal(first, second);
+    assert_int_equal(RUN("render", "--function", "h=co(x)"), 1);
+    expect_text(last.err, "column 3", "standard error");
+    FAILS(1, "no height anywhere", "render", "--function", "h=x/0-x/0");
+    FAILS(2, "X0 < X1", "render", "--function", "h=x", "--extent", "3,3,1,1");
+    FAILS(2, "leave out a.png", "render", "--function", "h=x", "a.png");
+    FAILS(1, "--cell-size", "render", "--function", "h=x", "--cell-size", "1e-6");
+    FAILS(2, "does not apply to --classic", "render", "--classic", "x=1", "--function", "h=x");
+}
+
 static void test_compare(void **state) {
     (void)state;
     write_pnm("a.ppm", 16, 16, 3);
@@ -589,15 +610,16 @@ static int leave_folder(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_front),         cmocka_unit_test(test_render),
-        cmocka_unit_test(test_same_picture),  cmocka_unit_test(test_print_camera),
-        cmocka_unit_test(test_options_file),  cmocka_unit_test(test_planes),
-        cmocka_unit_test(test_dry_run),       cmocka_unit_test(test_bad_use),
-        cmocka_unit_test(test_bad_data),      cmocka_unit_test(test_empty),
-        cmocka_unit_test(test_interrupt),     cmocka_unit_test(test_holes),
-        cmocka_unit_test(test_classic),       cmocka_unit_test(test_compare),
-        cmocka_unit_test(test_georeferenced), cmocka_unit_test(test_standard_input),
-        cmocka_unit_test(test_framing),       cmocka_unit_test(test_advice),
+        cmocka_unit_test(test_front),          cmocka_unit_test(test_render),
+        cmocka_unit_test(test_same_picture),   cmocka_unit_test(test_print_camera),
+        cmocka_unit_test(test_options_file),   cmocka_unit_test(test_planes),
+        cmocka_unit_test(test_dry_run),        cmocka_unit_test(test_bad_use),
+        cmocka_unit_test(test_bad_data),       cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_interrupt),      cmocka_unit_test(test_holes),
+        cmocka_unit_test(test_classic),        cmocka_unit_test(test_compare),
+        cmocka_unit_test(test_function),       cmocka_unit_test(test_georeferenced),
+        cmocka_unit_test(test_standard_input), cmocka_unit_test(test_framing),
+        cmocka_unit_test(test_advice),
     };
     return cmocka_run_group_tests(tests, enter_folder, leave_folder);
 }
