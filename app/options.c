@@ -215,6 +215,16 @@ static vd_status check_range(const vd_option *option, const char *text, double n
     return vd_success();
 }
 
+/* Returns 0 for off, 1 for on, 2, 3 … for an option's further words, −1 for anything else. */
+static int flag_value(const vd_option *option, const char *text) {
+    int value = on_or_off(text);
+    if (value < 0 && option->argument != NULL) {
+        value = choice_index(option->argument, text);
+        value += value >= 0 ? 2 : 0;
+    }
+    return value;
+}
+
 /* Reads the number that stands behind a text, by the option's type. */
 static vd_status interpret(const vd_option *option, const char *text, double *number) {
     const char *unit = option->unit != NULL ? option->unit : "";
@@ -222,10 +232,12 @@ static vd_status interpret(const vd_option *option, const char *text, double *nu
     switch (option->type) {
     case VD_OPTION_SWITCH:
     case VD_OPTION_FLAG: {
-        int on = on_or_off(text);
+        int on = flag_value(option, text);
         if (on < 0) {
-            return vd_failure(VD_ERROR_ARGUMENT, "--%s: \"%.40s\" is neither on nor off; give one",
-                              option->key, text);
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--%s: \"%.40s\" is neither on nor off%s%s; give one", option->key,
+                              text, option->argument != NULL ? " nor one of " : "",
+                              option->argument != NULL ? option->argument : "");
         }
         *number = on;
         return vd_success();
@@ -360,7 +372,7 @@ static vd_status parse_long(vd_options *options, int argc, char **argv, int *at)
     if (option->type == VD_OPTION_SWITCH && value == NULL) {
         value = "on";
     } else if (option->type == VD_OPTION_FLAG && value == NULL) {
-        bool follows = *at + 1 < argc && on_or_off(argv[*at + 1]) >= 0;
+        bool follows = *at + 1 < argc && flag_value(option, argv[*at + 1]) >= 0;
         value = follows ? argv[++*at] : "on";
     } else if (value == NULL) {
         if (*at + 1 >= argc) {
@@ -452,10 +464,11 @@ static void print_wrapped(FILE *out, const char *text, int indent, int width) {
 
 static void print_option(const vd_option *option, FILE *out) {
     enum { INDENT = 30, WIDTH = 100 };
-    char left[96], text[1024];
+    char left[96], text[1024], flag[48];
     const char *argument = option->argument != NULL ? option->argument : "";
     if (option->type == VD_OPTION_FLAG) {
-        argument = "on|off";
+        snprintf(flag, sizeof flag, "on|off%s%s", argument[0] != '\0' ? "|" : "", argument);
+        argument = flag;
     }
     snprintf(left, sizeof left, "  %c%c%s --%s%s%s", option->letter ? '-' : ' ',
              option->letter ? option->letter : ' ', option->letter ? "," : " ", option->key,

@@ -17,7 +17,7 @@
 
 typedef enum vd_option_type {
     VD_OPTION_SWITCH = 0, /* no value on the command line; true or false in JSON */
-    VD_OPTION_FLAG,       /* on or off; without a value: on */
+    VD_OPTION_FLAG,       /* on or off; without a value: on; `argument` may list further words */
     VD_OPTION_INTEGER,    /* min … max */
     VD_OPTION_REAL,       /* min … max */
     VD_OPTION_DISTANCE,   /* metres, min … max; the endings m, km and ft are understood */
@@ -51,7 +51,8 @@ typedef enum vd_option_source {
 typedef struct vd_option_value {
     vd_option_source source;
     char *text;    /* owned; null when there is neither a value nor a default */
-    double number; /* INTEGER, REAL, DISTANCE in metres; SWITCH and FLAG: 0 or 1; CHOICE: index */
+    double number; /* INTEGER, REAL, DISTANCE in metres; SWITCH and FLAG: 0 or 1, a FLAG's
+                      further words 2, 3 …; CHOICE: index */
 } vd_option_value;
 
 typedef struct vd_options {

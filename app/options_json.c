@@ -319,7 +319,7 @@ static json_t *value_for_file(const vd_option *option, const vd_option_value *va
     switch (option->type) {
     case VD_OPTION_SWITCH:
     case VD_OPTION_FLAG:
-        return json_boolean(value->number != 0.0);
+        return value->number > 1.0 ? json_string(value->text) : json_boolean(value->number != 0.0);
     case VD_OPTION_INTEGER:
         return json_integer((json_int_t)value->number);
     case VD_OPTION_REAL:

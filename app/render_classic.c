@@ -86,6 +86,27 @@ static vd_status load_colors(vd_render_run *run, const vd_picture *heights, vd_p
     return status;
 }
 
+/* Darkens the map's colours by the steps towards the sun that lie under the terrain. */
+static vd_status bake_shadows(vd_render_run *run, vd_heightfield *map) {
+    const vd_render_settings *s = run->settings;
+    const double radians_per_degree = 3.14159265358979323846 / 180.0;
+    vd_shadow_def def = vd_shadow_def_default();
+    def.azimuth_rad = s->sun_azimuth * radians_per_degree;
+    def.altitude_rad = s->sun_altitude * radians_per_degree;
+    const size_t stride = (size_t)map->width;
+    uint8_t *counts = vd_allocate(run->context, (size_t)map->height, stride);
+    if (counts == NULL) {
+        return vd_failure(VD_ERROR_MEMORY, "out of memory for %zu shadow counts",
+                          stride * (size_t)map->height);
+    }
+    vd_status status = vd_shadow_count(run->context, run->job, map, &def, counts, stride);
+    if (status.code == VD_OK) {
+        status = vd_shadow_bake_heightfield(run->context, counts, stride, s->shadow_curve, map);
+    }
+    vd_release(run->context, counts);
+    return status;
+}
+
 static vd_status load_map(vd_render_run *run, vd_heightfield **out) {
     vd_picture *heights = NULL, *colors = NULL;
     void *values = NULL;
@@ -106,6 +127,12 @@ static vd_status load_map(vd_render_run *run, vd_heightfield **out) {
         def.wraps = true;
         def.colors = colors;
         status = vd_heightfield_create(run->context, &def, out);
+    }
+    if (status.code == VD_OK && run->settings->shadows) {
+        status = bake_shadows(run, *out);
+        if (status.code != VD_OK) {
+            vd_heightfield_destroy(run->context, out);
+        }
     }
     vd_release(run->context, values);
     vd_picture_destroy(&colors);

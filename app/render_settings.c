@@ -218,6 +218,12 @@ static vd_status read_look(const vd_options *options, vd_render_settings *out) {
                                              "coloured; give one of them");
     }
     out->shadows = is_on(options, OPTION_SHADOWS);
+    out->shadow_curve =
+        number_of(options, OPTION_SHADOWS) == 3.0 ? VD_SHADOW_PUBLISHED : VD_SHADOW_SOFT;
+    if (!out->classic && number_of(options, OPTION_SHADOWS) > 1.0) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--shadows %s belongs to --classic; give on or off",
+                          text_of(options, OPTION_SHADOWS));
+    }
     out->shading = is_on(options, OPTION_SHADING);
     out->exaggeration = number_of(options, OPTION_EXAGGERATE);
     out->curvature = vd_options_given(options, OPTION_CURVATURE)
@@ -374,19 +380,18 @@ static vd_status read_classic_key(const char *pair, vd_classic_def *def, double 
  * off is not. */
 static vd_status refuse_in_classic(const vd_options *options) {
     static const int never[] = {
-        OPTION_SUN,      OPTION_EXAGGERATE,   OPTION_AZIMUTH,       OPTION_ELEVATION,
-        OPTION_DISTANCE, OPTION_EYE,          OPTION_TARGET,        OPTION_HEADING,
-        OPTION_PITCH,    OPTION_ROLL,         OPTION_FOV,           OPTION_PROJECTION,
-        OPTION_NEAR,     OPTION_MISSING,      OPTION_NODATA,        OPTION_CELL_SIZE,
-        OPTION_RAW,      OPTION_HEIGHT_SCALE, OPTION_HEIGHT_OFFSET, OPTION_HEIGHT_ENCODING,
-        OPTION_BAND,     OPTION_BANDS,        OPTION_FUNCTION,      OPTION_EXTENT,
+        OPTION_EXAGGERATE,   OPTION_AZIMUTH,       OPTION_ELEVATION,       OPTION_DISTANCE,
+        OPTION_EYE,          OPTION_TARGET,        OPTION_HEADING,         OPTION_PITCH,
+        OPTION_ROLL,         OPTION_FOV,           OPTION_PROJECTION,      OPTION_NEAR,
+        OPTION_MISSING,      OPTION_NODATA,        OPTION_CELL_SIZE,       OPTION_RAW,
+        OPTION_HEIGHT_SCALE, OPTION_HEIGHT_OFFSET, OPTION_HEIGHT_ENCODING, OPTION_BAND,
+        OPTION_BANDS,        OPTION_FUNCTION,      OPTION_EXTENT,
     };
     static const struct {
         int option;
         const char *off;
-    } only_off[] = {{OPTION_SHADOWS, "off"},  {OPTION_SHADING, "off"}, {OPTION_HAZE, "off"},
-                    {OPTION_SKY, "off"},      {OPTION_SAMPLES, "1"},   {OPTION_FILTER, "nearest"},
-                    {OPTION_CURVATURE, "off"}};
+    } only_off[] = {{OPTION_SHADING, "off"}, {OPTION_HAZE, "off"},       {OPTION_SKY, "off"},
+                    {OPTION_SAMPLES, "1"},   {OPTION_FILTER, "nearest"}, {OPTION_CURVATURE, "off"}};
     for (size_t i = 0; i < sizeof never / sizeof never[0]; i++) {
         if (vd_options_given(options, never[i])) {
             return vd_failure(VD_ERROR_ARGUMENT, "--%s does not apply to --classic; leave it out",
@@ -407,6 +412,17 @@ static vd_status refuse_in_classic(const vd_options *options) {
 
 static vd_status read_classic(const vd_options *options, vd_render_settings *out) {
     vd_status status = refuse_in_classic(options);
+    out->shadows = out->shadows && vd_options_given(options, OPTION_SHADOWS);
+    if (status.code == VD_OK && vd_options_given(options, OPTION_SUN) && !out->shadows) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "--sun lights the classic picture only with --shadows; give both");
+    }
+    if (status.code == VD_OK && out->shadows && out->sun_altitude < 0.0) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "--sun: the altitude is %.10g, and no sun below the horizon throws "
+                            "shadows; give 0 to 90",
+                            out->sun_altitude);
+    }
     out->classic_def = vd_classic_def_default();
     const char *at = text_of(options, OPTION_CLASSIC);
     while (status.code == VD_OK && *at != '\0') {

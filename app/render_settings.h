@@ -117,6 +117,7 @@ typedef struct vd_render_settings {
     const char *color, *colormap;     /* color null: none */
     bool colormap_given;              /* else the data may suggest another one */
     double sun_azimuth, sun_altitude; /* degrees */
+    vd_shadow_curve shadow_curve;     /* of the classic picture */
     bool shadows, shading, sky, sky_colored;
     vd_rgba8 sky_color, background;
     vd_haze_mode haze;

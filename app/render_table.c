@@ -123,8 +123,11 @@ const vd_option vd_render_table[OPTION_COUNT] = {
     [OPTION_SHADOWS] = {.key = "shadows",
                         .group = LOOK,
                         .type = VD_OPTION_FLAG,
+                        .argument = "soft|count",
                         .fallback = "on",
-                        .help = "whether the terrain throws shadows on itself"},
+                        .help = "whether the terrain throws shadows on itself; with --classic (off "
+                                "unless given) counted towards --sun: count darkens as published, "
+                                "soft more gently"},
     [OPTION_SHADING] = {.key = "shading",
                         .group = LOOK,
                         .type = VD_OPTION_FLAG,

@@ -22,9 +22,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     }
     /* What was refused says why, and what was taken is within its bounds. */
     if ((status.code != VD_OK) != (status.message[0] != '\0') ||
-        (status.code == VD_OK &&
-         (settings.width < 1 || settings.width > VD_MAX_SIDE || settings.input_count < 1 ||
-          !(settings.camera.fov > 0.0 && settings.camera.fov < 180.0)))) {
+        (status.code == VD_OK && (settings.width < 1 || settings.width > VD_MAX_SIDE ||
+                                  (settings.input_count < 1 && settings.function == NULL) ||
+                                  !(settings.camera.fov > 0.0 && settings.camera.fov < 180.0)))) {
         abort();
     }
     vd_options_finish(&options);

@@ -546,6 +546,31 @@ static void test_function(void **state) {
     FAILS(2, "does not apply to --classic", "render", "--classic", "x=1", "--function", "h=x");
 }
 
+static void test_classic_shadows(void **state) {
+    (void)state;
+    write_pnm("shadow-h.pgm", 64, 64, 1);
+    write_pnm("shadow-c.ppm", 64, 64, 3);
+    char plain[17], soft[17], count[17], again[17];
+#define CLASSIC                                                                                    \
+    "render", "--height", "shadow-h.pgm", "--color", "shadow-c.ppm", "--classic", "distance=200",  \
+        "-s", "70x50", "-j"
+    SUCCEEDS(CLASSIC);
+    take_hash(plain);
+    SUCCEEDS(CLASSIC, "--shadows", "--sun", "250,12");
+    take_hash(soft);
+    SUCCEEDS(CLASSIC, "--shadows", "count", "--sun", "250,12", "--save", "shadows.json");
+    take_hash(count);
+    SUCCEEDS("render", "shadows.json", "-j", "--method", "reference", "--threads", "1");
+    take_hash(again);
+    assert_string_not_equal(plain, soft);
+    assert_string_not_equal(soft, count);
+    assert_string_equal(count, again);
+    SUCCEEDS(CLASSIC, "--shadows", "count", "--sun", "250,90");
+    take_hash(again);
+    assert_string_equal(plain, again); /* a sun overhead throws none */
+#undef CLASSIC
+}
+
 static void test_compare(void **state) {
     (void)state;
     write_pnm("a.ppm", 16, 16, 3);
@@ -610,16 +635,16 @@ static int leave_folder(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_front),          cmocka_unit_test(test_render),
-        cmocka_unit_test(test_same_picture),   cmocka_unit_test(test_print_camera),
-        cmocka_unit_test(test_options_file),   cmocka_unit_test(test_planes),
-        cmocka_unit_test(test_dry_run),        cmocka_unit_test(test_bad_use),
-        cmocka_unit_test(test_bad_data),       cmocka_unit_test(test_empty),
-        cmocka_unit_test(test_interrupt),      cmocka_unit_test(test_holes),
-        cmocka_unit_test(test_classic),        cmocka_unit_test(test_compare),
-        cmocka_unit_test(test_function),       cmocka_unit_test(test_georeferenced),
-        cmocka_unit_test(test_standard_input), cmocka_unit_test(test_framing),
-        cmocka_unit_test(test_advice),
+        cmocka_unit_test(test_front),         cmocka_unit_test(test_render),
+        cmocka_unit_test(test_same_picture),  cmocka_unit_test(test_print_camera),
+        cmocka_unit_test(test_options_file),  cmocka_unit_test(test_planes),
+        cmocka_unit_test(test_dry_run),       cmocka_unit_test(test_bad_use),
+        cmocka_unit_test(test_bad_data),      cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_interrupt),     cmocka_unit_test(test_holes),
+        cmocka_unit_test(test_classic),       cmocka_unit_test(test_compare),
+        cmocka_unit_test(test_function),      cmocka_unit_test(test_classic_shadows),
+        cmocka_unit_test(test_georeferenced), cmocka_unit_test(test_standard_input),
+        cmocka_unit_test(test_framing),       cmocka_unit_test(test_advice),
     };
     return cmocka_run_group_tests(tests, enter_folder, leave_folder);
 }

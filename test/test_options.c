@@ -51,7 +51,8 @@ static void test_table(void **state) {
         assert_non_null(a->group);
         assert_non_null(a->help);
         bool takes_value = a->type != VD_OPTION_SWITCH && a->type != VD_OPTION_FLAG;
-        assert_true(takes_value == (a->argument != NULL));
+        /* A flag may list words beside on and off. */
+        assert_true(takes_value == (a->argument != NULL) || a->type == VD_OPTION_FLAG);
         if (a->type == VD_OPTION_INTEGER || a->type == VD_OPTION_REAL ||
             a->type == VD_OPTION_DISTANCE) {
             /* A number without a unit must at least be a plain factor. */
@@ -241,8 +242,11 @@ static void test_classic(void **state) {
     REFUSES("did you mean growth", "--height", "H.png", "--classic", "grwoth=1");
     REFUSES("KEY=NUMBER", "--height", "H.png", "--classic", "x");
     REFUSES("KEY=NUMBER", "--height", "H.png", "--classic", "x=nan");
-    REFUSES("--sun does not apply", "--height", "H.png", "--classic", "x=1", "--sun", "1,1");
-    REFUSES("only be off", "--height", "H.png", "--classic", "x=1", "--shadows", "on");
+    REFUSES("only be off", "--height", "H.png", "--classic", "x=1", "--haze", "auto");
+    REFUSES("only with --shadows", "--height", "H.png", "--classic", "x=1", "--sun", "90,30");
+    REFUSES("below the horizon", "--height", "H.png", "--classic", "x=1", "--sun", "90,-3",
+            "--shadows", "count");
+    REFUSES("belongs to --classic", "a", "--shadows", "count");
     REFUSES("reference, slices, columns, scan", "--height", "H.png", "--classic", "x=1", "--method",
             "raycast");
     REFUSES("name one", "a", "--height", "H.png", "--classic", "x=1");
