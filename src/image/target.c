@@ -1,26 +1,18 @@
 #include <string.h>
 #include <veduta/target.h>
 #include "core/core.h"
+#include "image/image.h"
 #include "image/image_kernels.h"
 
 vd_status vd_target_create(vd_context *context, int width, int height, int samples,
                            vd_target **out) {
-    if (width < 1 || height < 1) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "a target of %d × %d pixels has no area; give at "
-                          "least 1 × 1",
-                          width, height);
+    vd_status status = vd_check_size("a target", width, height);
+    if (status.code != VD_OK) {
+        return status;
     }
     if (vd_sample_offsets(samples) == NULL) {
         return vd_failure(VD_ERROR_ARGUMENT, "a target cannot have %d samples; give 1, 4 or 8",
                           samples);
-    }
-    if (width > VD_MAX_SIDE || height > VD_MAX_SIDE ||
-        (size_t)width * (size_t)height > VD_MAX_PIXELS) {
-        return vd_failure(
-            VD_ERROR_LIMIT,
-            "a target of %d × %d pixels is too large; at most %d a side and %zu in all", width,
-            height, VD_MAX_SIDE, VD_MAX_PIXELS);
     }
     vd_target *target = vd_allocate_zero(context, 1, sizeof *target);
     if (target == NULL) {
