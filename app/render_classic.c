@@ -89,10 +89,9 @@ static vd_status load_colors(vd_render_run *run, const vd_picture *heights, vd_p
 /* Darkens the map's colours by the steps towards the sun that lie under the terrain. */
 static vd_status bake_shadows(vd_render_run *run, vd_heightfield *map) {
     const vd_render_settings *s = run->settings;
-    const double radians_per_degree = 3.14159265358979323846 / 180.0;
     vd_shadow_def def = vd_shadow_def_default();
-    def.azimuth_rad = s->sun_azimuth * radians_per_degree;
-    def.altitude_rad = s->sun_altitude * radians_per_degree;
+    def.azimuth_rad = s->sun_azimuth * VD_RADIANS_PER_DEGREE;
+    def.altitude_rad = s->sun_altitude * VD_RADIANS_PER_DEGREE;
     const size_t stride = (size_t)map->width;
     uint8_t *counts = vd_allocate(run->context, (size_t)map->height, stride);
     if (counts == NULL) {

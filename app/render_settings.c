@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double radians_per_degree = 3.14159265358979323846 / 180.0;
-
 static const char *text_of(const vd_options *options, int index) {
     return options->values[index].text;
 }
@@ -365,7 +363,7 @@ static vd_status read_classic_key(const char *pair, vd_classic_def *def, double 
                               "one, such as %s=1",
                               pair, key);
         }
-        def->yaw_rad = *yaw * radians_per_degree;
+        def->yaw_rad = *yaw * VD_RADIANS_PER_DEGREE;
         return vd_success();
     }
     const char *nearest = vd_nearest_name(key, names, KEY_COUNT);

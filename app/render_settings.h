@@ -74,6 +74,8 @@ enum {
 
 extern const vd_option vd_render_table[OPTION_COUNT];
 
+#define VD_RADIANS_PER_DEGREE (3.14159265358979323846 / 180.0)
+
 typedef enum vd_position_kind {
     VD_POSITION_NONE = 0,
     VD_POSITION_WORLD,        /* x, y, z in world metres */

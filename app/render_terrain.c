@@ -7,8 +7,6 @@
 #include "scene.h"
 #include "view.h"
 
-static const double radians_per_degree = 3.14159265358979323846 / 180.0;
-
 /* Auto haze: 37 % of the contrast is left at this many diagonals of the scene. A framed terrain is
  * then seen through 7 to 15 % of haze: distance is felt, and no colour is lost. */
 static const double haze_diagonals = 8.0;
@@ -40,8 +38,8 @@ static vd_status find_colormap(vd_context *context, const char *name, vd_colorma
 }
 
 static vd_light make_light(const vd_render_settings *s) {
-    vd_light light = vd_light_daylight(s->sun_azimuth * radians_per_degree,
-                                       s->sun_altitude * radians_per_degree);
+    vd_light light = vd_light_daylight(s->sun_azimuth * VD_RADIANS_PER_DEGREE,
+                                       s->sun_altitude * VD_RADIANS_PER_DEGREE);
     if (s->sky_colored) {
         light.zenith = light.horizon = light.nadir = vd_linear_from_rgba8(s->sky_color);
     }

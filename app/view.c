@@ -14,8 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double radians_per_degree = 3.14159265358979323846 / 180.0;
-
 vd_camera_settings vd_camera_settings_default(void) {
     return (vd_camera_settings){.azimuth = strtod(vd_render_table[OPTION_AZIMUTH].fallback, NULL),
                                 .elevation =
@@ -220,9 +218,9 @@ static vd_status place_orbit(const vd_scene *scene, double exaggeration, bool cu
             return status;
         }
     }
-    camera->orientation = vd_orientation_from_angles(exact->azimuth * radians_per_degree,
-                                                     -exact->elevation * radians_per_degree,
-                                                     exact->roll * radians_per_degree);
+    camera->orientation = vd_orientation_from_angles(exact->azimuth * VD_RADIANS_PER_DEGREE,
+                                                     -exact->elevation * VD_RADIANS_PER_DEGREE,
+                                                     exact->roll * VD_RADIANS_PER_DEGREE);
     if (exact->distance_m == 0.0) {
         framing f = framing_start(scene, exaggeration, curvature, camera->orientation, camera->lens,
                                   width, height);
@@ -243,9 +241,9 @@ static vd_status place_eye(const vd_scene *scene, double exaggeration, vd_view *
         return status;
     }
     if (exact->spelling == VD_SPELLING_ANGLES) {
-        camera->orientation = vd_orientation_from_angles(exact->heading * radians_per_degree,
-                                                         exact->pitch * radians_per_degree,
-                                                         exact->roll * radians_per_degree);
+        camera->orientation = vd_orientation_from_angles(exact->heading * VD_RADIANS_PER_DEGREE,
+                                                         exact->pitch * VD_RADIANS_PER_DEGREE,
+                                                         exact->roll * VD_RADIANS_PER_DEGREE);
         return vd_success();
     }
     vd_vec3 target = scene_middle(scene, exaggeration);
@@ -270,7 +268,8 @@ static vd_status place_eye(const vd_scene *scene, double exaggeration, vd_view *
                target.z < camera->eye.z ? "down" : "up", exact->distance_m);
     }
     /* look_at knows no roll: turning about the view axis comes before it. */
-    vd_quat roll = vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), exact->roll * radians_per_degree);
+    vd_quat roll =
+        vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), exact->roll * VD_RADIANS_PER_DEGREE);
     vd_quat look = vd_orientation_look_at(camera->eye, target);
     camera->orientation =
         exact->roll == 0.0 ? look : vd_quat_normalize(vd_quat_multiply(look, roll));
@@ -297,7 +296,7 @@ static void make_orthographic(const vd_scene *scene, double exaggeration, vd_vie
 vd_status vd_view_make(const vd_scene *scene, const vd_camera_settings *settings,
                        double exaggeration, bool curvature, int width, int height, vd_view *out) {
     vd_view view = {.exact = *settings};
-    view.camera.lens = vd_lens_from_fov(settings->fov * radians_per_degree, width, height);
+    view.camera.lens = vd_lens_from_fov(settings->fov * VD_RADIANS_PER_DEGREE, width, height);
     view.camera.near_m = settings->near_m;
     vd_status status = settings->spelling == VD_SPELLING_ORBIT
                            ? place_orbit(scene, exaggeration, curvature, width, height, &view)
@@ -436,11 +435,11 @@ json_t *vd_view_describe(const vd_scene *scene, const vd_view *view, double exag
     vd_orientation_to_angles(camera->orientation, &heading, &pitch, &roll);
     char flags[1024];
     vd_view_flags(view, flags, sizeof flags);
-    json_t *root =
-        json_pack("{s: s, s: o, s: [f, f, f], s: f, s: f, s: f, s: f}", "flags", flags, "options",
-                  vd_view_json(view), "eye_m", camera->eye.x, camera->eye.y, camera->eye.z,
-                  "heading", heading / radians_per_degree, "pitch", pitch / radians_per_degree,
-                  "roll", roll / radians_per_degree, "fov", view->exact.fov);
+    json_t *root = json_pack("{s: s, s: o, s: [f, f, f], s: f, s: f, s: f, s: f}", "flags", flags,
+                             "options", vd_view_json(view), "eye_m", camera->eye.x, camera->eye.y,
+                             camera->eye.z, "heading", heading / VD_RADIANS_PER_DEGREE, "pitch",
+                             pitch / VD_RADIANS_PER_DEGREE, "roll", roll / VD_RADIANS_PER_DEGREE,
+                             "fov", view->exact.fov);
     if (root == NULL) {
         return NULL;
     }
