@@ -41,7 +41,8 @@ typedef struct vd_lens_ground {
     /* The block of 2^r × 2^r cells that holds cell (c, r'), 1 <= r <= top:
      *     maxima[offset[r] + (r' >> r)·pitch[r] + (c >> r)]
      * offset and pitch are int32_t tables for vd_wide_lookup_i32. Block level top is one block that
-     * holds all cells; top may be 0: then there is one cell and no maxima. */
+     * holds all cells, or VD_LENS_TABLE − 1 and then a few that do; top may be 0: then there is one
+     * cell and no maxima. */
     const float *maxima;
     _Alignas(64) int32_t offset[VD_LENS_TABLE];
     int32_t pitch[VD_LENS_TABLE];

@@ -1,0 +1,111 @@
+/* lens_map_internal.h: what the reference of the lens map and its twin share: shapes, constants of
+ * the light, and the small rules that both follow to the bit. */
+#ifndef VEDUTA_TERRAIN_LENS_MAP_INTERNAL_H
+#define VEDUTA_TERRAIN_LENS_MAP_INTERNAL_H
+
+#include <math.h>
+#include <veduta/shadow.h>
+#include "terrain/lens_map.h"
+#include "terrain/surface.h"
+
+#define VD_LENS_COLORS 16384 /* entries of a table of colours by height */
+
+/* Everything that lighting needs and that is the same for all texels. */
+typedef struct vd_lens_light {
+    const vd_heightfield *map;
+    const float *heights; /* level 0 */
+    size_t stride;
+    bool shading;
+    /* The surface rises by slope[0]·c + slope[1]·r to the east and slope[2]·c + slope[3]·r to the
+     * north, for the differences of heights c per column and r per row. */
+    float slope[4];
+    float to_sun[3];                           /* east, north, up */
+    float sun[3], ambient[3], ambient_more[3]; /* ambient + ambient_more·(½ + ½N.z) */
+    float decode[256];                         /* sRGB to linear */
+    float visible[256];                        /* share of the sun by count */
+    bool shadows;
+    vd_shadow_def shadow;
+    double sample_from_texture[6];
+    int factor;    /* texels of size 0 per colour pixel */
+    bool coincide; /* texel (c, r) of size 0 lies at sample (c, r) */
+    /* Colours by height: entry i is the colour map's at table_from + i·table_step, a power of two
+     * that is at most 1 m wherever the range of heights allows it, so that whole metres are met. */
+    bool has_table;
+    int table_count;
+    float table_from, table_step, table_scale; /* scale is 1 / step */
+    uint32_t table[VD_LENS_COLORS];
+} vd_lens_light;
+
+/* Where a texel lies between two samples. */
+typedef struct vd_lens_place {
+    int32_t first; /* and first + 1, which exists */
+    float weight;  /* of the second, 0 … 1 */
+} vd_lens_place;
+
+/* A place on one axis of `samples` >= 2 samples, clamped to it. */
+static inline vd_lens_place vd_lens_place_at(double position, int samples) {
+    const double last = samples - 1;
+    const double p = position > 0.0 ? (position < last ? position : last) : 0.0;
+    const int32_t cell = (int32_t)p < samples - 2 ? (int32_t)p : samples - 2;
+    return (vd_lens_place){cell, (float)(p - cell)};
+}
+
+/* Where a texel lies between two colour pixels: the weight of the second in 1/256. */
+typedef struct vd_lens_mix {
+    int32_t first, second;
+    uint32_t weight;
+} vd_lens_mix;
+
+static inline vd_lens_mix vd_lens_mix_at(int texel, int factor, int pixels) {
+    const double p = (texel + 0.5) / factor - 0.5, whole = floor(p);
+    const int i = (int)whole;
+    vd_lens_mix mix = {i > 0 ? i : 0, i + 1, (uint32_t)((p - whole) * 256.0)};
+    mix.second = mix.second < pixels ? mix.second : pixels - 1;
+    return mix;
+}
+
+/* The encoding of lit texels: sRGB to 8 bits within 0.09 of a unit before rounding, and exact for
+ * decoded bytes. A polynomial in the square root, where the curve is nearly straight (degree 6,
+ * interpolating at Chebyshev's nodes; 5 would be 0.18 off, 4 0.4); the toe as it is. */
+#define VD_LENS_TOE 0.0031308f
+#define VD_LENS_ENCODE(s)                                                                          \
+    ((((((-0.58427069f * (s) + 2.2484991f) * (s)-3.5527475f) * (s) + 3.0326165f) *                 \
+       (s)-1.6456115f) *                                                                           \
+          (s) +                                                                                    \
+      1.5423364f) *                                                                                \
+     (s)-0.04086402f)
+
+static inline uint32_t vd_lens_encode(float linear) {
+    linear = linear > 0.0f ? linear : 0.0f; /* also NaN */
+    linear = linear < 1.0f ? linear : 1.0f;
+    const float s = sqrtf(linear);
+    const float encoded = linear < VD_LENS_TOE ? linear * 12.92f : VD_LENS_ENCODE(s);
+    return (uint32_t)(int32_t)(encoded * 255.0f + 0.5f);
+}
+
+/* Shapes and memory of a map without contents. Returns the errors of vd_lens_map_init. */
+VD_MUST_USE vd_status vd_lens_map_lay_out(vd_context *context, const vd_terrain_def *def,
+                                          vd_lens_map *out);
+
+/* All of a light but its table's colours. Fails as vd_surface_init. */
+VD_MUST_USE vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
+                                         vd_lens_light *out);
+
+/* Fills entries [first, end) of the table. */
+void vd_lens_light_fill(vd_lens_light *light, const vd_terrain_def *def, int first, int end);
+
+/* The parts that a map owns, to be written. */
+static inline float *vd_lens_heights(const vd_lens_map *map, int level) {
+    return (float *)(uintptr_t)map->ground[level].heights;
+}
+
+/* Entry (0, 0) of M(level), level >= 1. */
+static inline float *vd_lens_maxima(const vd_lens_map *map, int level) {
+    return (float *)(uintptr_t)map->ground[level - 1].maxima + map->ground[level - 1].offset[1];
+}
+
+static inline uint32_t *vd_lens_texels(const vd_lens_map *map, int size) {
+    return (uint32_t *)(uintptr_t)map->texture[size].texels;
+}
+
+#endif
