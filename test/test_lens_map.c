@@ -94,28 +94,88 @@ static void make_scene(vd_context *context, uint64_t *random, int width, int hei
         vd_light_daylight(7.0 * test_uniform(random), 1.7 * test_uniform(random) - 0.1);
 }
 
-static void smoke(void **state) {
-    (void)state;
-    uint64_t random = 1;
-    vd_context *context = test_context(1, VD_ISA_AUTO);
-    const size_t before = vd_context_memory(context).bytes_now;
-    for (int i = 0; i < rounds(300); i++) {
-        scene s;
-        vd_lens_map map;
-        make_scene(context, &random, 2 + (int)(test_random(&random) % 89),
-                   2 + (int)(test_random(&random) % 69), &s);
-        assert_ok(vd_lens_map_init_reference(context, &s.def, &map));
-        assert_ok(vd_lens_map_light_reference(&map, &s.def));
-        vd_lens_map_finish(&map);
-        vd_heightfield_destroy(context, &s.heightfield);
+static void assert_same_row(const void *a, const void *b, size_t bytes, const char *what, int level,
+                            int row) {
+    if (memcmp(a, b, bytes) != 0) {
+        fail_msg("%s of level %d differ in row %d", what, level, row);
     }
-    assert_int_equal(vd_context_memory(context).bytes_now, before);
-    vd_context_destroy(&context);
+}
+
+static void assert_same_heights(const vd_lens_map *a, const vd_lens_map *b) {
+    assert_int_equal(a->levels, b->levels);
+    assert_memory_equal(&a->lowest, &b->lowest, sizeof a->lowest);
+    assert_memory_equal(&a->highest, &b->highest, sizeof a->highest);
+    for (int l = 0; l < a->levels; l++) {
+        const vd_lens_ground *g = &a->ground[l], *h = &b->ground[l];
+        assert_int_equal(g->columns, h->columns);
+        assert_int_equal(g->rows, h->rows);
+        assert_int_equal(g->top, h->top);
+        for (int y = 0; y <= g->rows; y++) {
+            assert_same_row(g->heights + (size_t)y * g->stride, h->heights + (size_t)y * h->stride,
+                            ((size_t)g->columns + 1) * sizeof(float), "heights", l, y);
+        }
+        for (int y = 0; l > 0 && y < g->rows; y++) {
+            const size_t at = (size_t)y * (size_t)g[-1].pitch[1];
+            assert_same_row(vd_lens_maxima(a, l) + at, vd_lens_maxima(b, l) + at,
+                            (size_t)g->columns * sizeof(float), "maxima", l, y);
+        }
+    }
+}
+
+static void assert_same_textures(const vd_lens_map *a, const vd_lens_map *b) {
+    assert_int_equal(a->textures, b->textures);
+    assert_memory_equal(a->texture_from_sample, b->texture_from_sample,
+                        sizeof a->texture_from_sample);
+    for (int i = 0; i < a->textures; i++) {
+        const vd_lens_texture *s = &a->texture[i], *t = &b->texture[i];
+        assert_int_equal(s->width, t->width);
+        assert_int_equal(s->height, t->height);
+        for (int y = -1; y <= s->height; y++) {
+            const uint32_t *p = s->texels + (ptrdiff_t)y * s->stride - 1;
+            const uint32_t *q = t->texels + (ptrdiff_t)y * t->stride - 1;
+            assert_same_row(p, q, ((size_t)s->width + 2) * 4, "texels", i, y);
+        }
+    }
+}
+
+static const int thread_counts[] = {1, 2, 7};
+
+static void twin_equals_reference(void **state) {
+    (void)state;
+    for (int t = 0; t < 3; t++) {
+        for (vd_isa isa = VD_ISA_V2; isa <= vd_isa_best(); isa++) {
+            uint64_t random = (uint64_t)(t * 100 + (int)isa);
+            vd_context *context = test_context(thread_counts[t], isa);
+            const size_t before = vd_context_memory(context).bytes_now;
+            for (int i = 0; i < rounds(150); i++) {
+                scene s;
+                vd_lens_map map, reference;
+                const bool large = i % 30 == 0;
+                const int width = large ? 700 : 2 + (int)(test_random(&random) % 89);
+                make_scene(context, &random, width, 2 + (int)(test_random(&random) % 69), &s);
+                assert_ok(vd_lens_map_init_reference(context, &s.def, &reference));
+                assert_ok(vd_lens_map_init(context, NULL, &s.def, &map));
+                assert_same_heights(&map, &reference);
+                for (int light = 0; light < 2; light++) {
+                    assert_ok(vd_lens_map_light_reference(&reference, &s.def));
+                    assert_ok(vd_lens_map_light(&map, NULL, &s.def));
+                    assert_same_textures(&map, &reference);
+                    s.def.light = vd_light_daylight(7.0 * test_uniform(&random), 0.3);
+                    s.def.shading = true;
+                }
+                vd_lens_map_finish(&map);
+                vd_lens_map_finish(&reference);
+                vd_heightfield_destroy(context, &s.heightfield);
+            }
+            assert_int_equal(vd_context_memory(context).bytes_now, before);
+            vd_context_destroy(&context);
+        }
+    }
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(smoke),
+        cmocka_unit_test(twin_equals_reference),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -59,6 +59,13 @@ static inline vd_wide_u32 vd_wide_load_u16(const uint16_t *from) {
     return __builtin_convertvector(v, vd_wide_u32);
 }
 
+/* Loads bytes, one a lane. */
+static inline vd_wide_u32 vd_wide_load_u8(const uint8_t *from) {
+    vd_wide_u8 v;
+    memcpy(&v, from, sizeof v);
+    return __builtin_convertvector(v, vd_wide_u32);
+}
+
 /* Stores the low 8 bits of each lane. */
 static inline void vd_wide_store_u8(uint8_t *to, vd_wide_u32 v) {
     vd_wide_u8 bytes = __builtin_convertvector(v, vd_wide_u8);
@@ -203,6 +210,21 @@ static inline vd_wide_f32 vd_wide_floor_f32(vd_wide_f32 v) {
 #else
     for (int i = 0; i < VD_WIDE_LANES; i++) {
         v[i] = floorf(v[i]);
+    }
+    return v;
+#endif
+}
+
+static inline vd_wide_f32 vd_wide_sqrt_f32(vd_wide_f32 v) {
+#if defined(__AVX512F__)
+    return (vd_wide_f32)_mm512_sqrt_ps((__m512)v);
+#elif defined(__AVX2__)
+    return (vd_wide_f32)_mm256_sqrt_ps((__m256)v);
+#elif defined(__SSE4_1__)
+    return (vd_wide_f32)_mm_sqrt_ps((__m128)v);
+#else
+    for (int i = 0; i < VD_WIDE_LANES; i++) {
+        v[i] = sqrtf(v[i]);
     }
     return v;
 #endif

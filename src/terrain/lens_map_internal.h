@@ -25,6 +25,8 @@ typedef struct vd_lens_light {
     float visible[256];                        /* share of the sun by count */
     bool shadows;
     vd_shadow_def shadow;
+    const uint8_t *counts; /* [height][counts_stride], null without shadows */
+    size_t counts_stride;
     double sample_from_texture[6];
     int factor;    /* texels of size 0 per colour pixel */
     bool coincide; /* texel (c, r) of size 0 lies at sample (c, r) */
@@ -93,6 +95,82 @@ VD_MUST_USE vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrai
 
 /* Fills entries [first, end) of the table. */
 void vd_lens_light_fill(vd_lens_light *light, const vd_terrain_def *def, int first, int end);
+
+/* Single values of the reference, which the twin's borders and rare cases are made of too: the mean
+ * of a level around a sample that is no hole; the two terms of the light at a sample; a lit texel.
+ */
+float vd_lens_mean(const vd_lens_ground *fine, int column, int row);
+
+typedef struct vd_lens_terms {
+    float direct, up; /* max(0, N·L) × visible, N.z */
+} vd_lens_terms;
+
+vd_lens_terms vd_lens_terms_at(const vd_lens_light *light, int column, int row);
+uint32_t vd_lens_texel(const vd_lens_light *light, int x, int y);
+
+/* ---- kernels ----------------------------------------------------------------------------------
+ * Arrays may lie anywhere and are read and written within the counts given only. */
+
+/* Samples of one row of a level, out[0 … count), whose centres are fine columns first, first + 2 …
+ * in `here`; all columns first − 1 … first + 2·count − 1 exist. A missing row is null. A sum with a
+ * hole in it is left for the caller: returns true then, and out has −infinity or NaN there. */
+typedef bool vd_kernel_lens_mean(const float *above, const float *here, const float *below,
+                                 int first, int count, float *restrict out);
+
+/* The lowest of `count` heights that are not holes, and of `low`. */
+typedef float vd_kernel_lens_lowest(const float *heights, int count, float low);
+
+/* One row of M: out[i] from columns 2i … 2i + reach − 1 of `rows` rows (the last of `width` columns
+ * repeated) and samples i, i + 1 of the two coarse rows. */
+typedef void vd_kernel_lens_maxima(const float *const rows[3], int width, int reach,
+                                   const float *const coarse[2], int count, float *restrict out);
+
+/* direct and up of samples [first, first + count) of a row, none of them the row's first or last:
+ * to element 0 … count − 1. */
+typedef void vd_kernel_lens_terms(const vd_lens_light *light, int row, int first, int count,
+                                  float *restrict direct, float *restrict up);
+
+/* The table's colours of heights. */
+typedef void vd_kernel_lens_table(const vd_lens_light *light, const float *heights, int count,
+                                  uint32_t *restrict out);
+
+/* Lit texels of unlit ones. */
+typedef void vd_kernel_lens_shade(const vd_lens_light *light, const uint32_t *albedo,
+                                  const float *direct, const float *up, int count,
+                                  uint32_t *restrict out);
+
+/* out = a + (b − a)·weight */
+typedef void vd_kernel_lens_blend(const float *a, const float *b, float weight, int count,
+                                  float *restrict out);
+
+/* out[i] = v[first[i]] + (v[first[i] + 1] − v[first[i]])·weight[i] */
+typedef void vd_kernel_lens_spread(const float *v, const int32_t *first, const float *weight,
+                                   int count, float *restrict out);
+
+/* Colours bilinear between pixels of two rows, whose second weighs row_weight / 256. */
+typedef void vd_kernel_lens_mix(const uint32_t *top, const uint32_t *bottom, uint32_t row_weight,
+                                const vd_lens_mix *mix, int count, uint32_t *restrict out);
+
+/* One row of a half size; all of columns 0 … 2·count − 1 exist. */
+typedef void vd_kernel_lens_half(const uint32_t *top, const uint32_t *bottom, int count,
+                                 uint32_t *restrict out);
+
+typedef struct vd_lens_kernels {
+    vd_kernel_lens_mean *mean;
+    vd_kernel_lens_lowest *lowest;
+    vd_kernel_lens_maxima *maxima;
+    vd_kernel_lens_terms *terms;
+    vd_kernel_lens_table *table;
+    vd_kernel_lens_shade *shade;
+    vd_kernel_lens_blend *blend;
+    vd_kernel_lens_spread *spread;
+    vd_kernel_lens_mix *mix;
+    vd_kernel_lens_half *half;
+} vd_lens_kernels;
+
+extern const vd_lens_kernels vd_lens_kernels_v2;
+extern const vd_lens_kernels vd_lens_kernels_v3;
+extern const vd_lens_kernels vd_lens_kernels_v4;
 
 /* The parts that a map owns, to be written. */
 static inline float *vd_lens_heights(const vd_lens_map *map, int level) {

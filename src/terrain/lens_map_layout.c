@@ -243,6 +243,7 @@ vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
                       map->texture[0].width == map->width && map->texture[0].height == map->height;
     light->has_table = def->colormap != NULL;
     light->table_count = 0;
+    light->counts = NULL;
     if (light->has_table) {
         scale_table(light);
     }

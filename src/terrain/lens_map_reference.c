@@ -8,7 +8,7 @@
 
 /* The mean of a level around (column, row) with the weights ¼ ½ ¼, columns first, over what exists.
  */
-static float mean(const vd_lens_ground *fine, int column, int row) {
+float vd_lens_mean(const vd_lens_ground *fine, int column, int row) {
     static const float weights[3] = {0.25f, 0.5f, 0.25f};
     float sum = 0.0f, all = 0.0f;
     for (int i = 0; i < 3; i++) {
@@ -36,7 +36,7 @@ static void build_heights(vd_lens_map *map, int level) {
         for (int column = 0; column <= coarse->columns; column++) {
             const int c = 2 * column < fine->columns ? 2 * column : fine->columns;
             const float here = fine->heights[(size_t)r * fine->stride + (size_t)c];
-            to[column] = here > -INFINITY ? mean(fine, c, r) : -INFINITY;
+            to[column] = here > -INFINITY ? vd_lens_mean(fine, c, r) : -INFINITY;
         }
     }
 }
@@ -51,6 +51,7 @@ static float corners(const vd_lens_ground *g, int column, int row) {
     return highest;
 }
 
+/* Zeros lose their sign here and below: it would depend on the order. */
 static void build_maxima(vd_lens_map *map, int level) {
     const vd_lens_ground *fine = &map->ground[level - 1], *coarse = &map->ground[level];
     for (int row = 0; row < coarse->rows; row++) {
@@ -69,20 +70,17 @@ static void build_maxima(vd_lens_map *map, int level) {
                 highest = m > highest ? m : highest;
             }
             vd_lens_maxima(map, level)[(size_t)row * (size_t)fine->pitch[1] + (size_t)column] =
-                highest;
+                highest + 0.0f;
         }
     }
 }
 
-/* Zeros lose their sign, which would depend on the order. */
 static void measure(vd_lens_map *map) {
     float low = INFINITY, high = -INFINITY;
     for (int level = 0; level < map->levels; level++) {
         const vd_lens_ground *g = &map->ground[level];
-        const int columns = level == 0 ? map->width : g->columns + 1;
-        const int rows = level == 0 ? map->height : g->rows + 1;
-        for (int row = 0; row < rows; row++) {
-            for (int column = 0; column < columns; column++) {
+        for (int row = 0; row <= g->rows; row++) {
+            for (int column = 0; column <= g->columns; column++) {
                 const float h = g->heights[(size_t)row * g->stride + (size_t)column];
                 low = h > -INFINITY && h < low ? h : low;
                 high = h > high ? h : high;
@@ -112,10 +110,6 @@ vd_status vd_lens_map_init_reference(vd_context *context, const vd_terrain_def *
 /* ---- light ------------------------------------------------------------------------------------
  */
 
-typedef struct terms {
-    float direct, up;
-} terms;
-
 static float at_or_hole(const vd_lens_light *l, int column, int row) {
     return column < 0 || row < 0 || column >= l->map->width || row >= l->map->height
                ? -INFINITY
@@ -132,7 +126,7 @@ static float difference(float before, float here, float after) {
                   : 0.0f;
 }
 
-static terms light_terms(const vd_lens_light *l, const uint8_t *counts, int column, int row) {
+vd_lens_terms vd_lens_terms_at(const vd_lens_light *l, int column, int row) {
     const float here = at_or_hole(l, column, row);
     const float c =
         difference(at_or_hole(l, column - 1, row), here, at_or_hole(l, column + 1, row));
@@ -143,9 +137,10 @@ static terms light_terms(const vd_lens_light *l, const uint8_t *counts, int colu
     const float up = 1.0f / sqrtf((east * east + north * north) + 1.0f);
     const float facing = (l->to_sun[2] - (east * l->to_sun[0] + north * l->to_sun[1])) * up;
     const float visible =
-        counts == NULL ? 1.0f
-                       : l->visible[counts[(size_t)row * (size_t)l->map->width + (size_t)column]];
-    terms t = {(facing > 0.0f ? facing : 0.0f) * visible, up > 0.0f ? up : 0.0f}; /* NaN: 0 */
+        l->counts == NULL ? 1.0f
+                          : l->visible[l->counts[(size_t)row * l->counts_stride + (size_t)column]];
+    const vd_lens_terms t = {(facing > 0.0f ? facing : 0.0f) * visible,
+                             up > 0.0f ? up : 0.0f}; /* NaN: 0 */
     return t;
 }
 
@@ -199,7 +194,7 @@ static uint32_t mixed_color(const vd_lens_light *l, int x, int y) {
     return mixed;
 }
 
-static uint32_t texel(const vd_lens_light *l, const uint8_t *counts, int x, int y) {
+uint32_t vd_lens_texel(const vd_lens_light *l, int x, int y) {
     const double *m = l->sample_from_texture, u = x + 0.5, v = y + 0.5;
     const vd_lens_place c = vd_lens_place_at(m[0] + (u * m[1] + v * m[2]), l->map->width);
     const vd_lens_place r = vd_lens_place_at(m[3] + (u * m[4] + v * m[5]), l->map->height);
@@ -214,7 +209,7 @@ static uint32_t texel(const vd_lens_light *l, const uint8_t *counts, int x, int 
     if (l->shading) {
         float direct[4], up[4];
         for (int i = 0; i < 4; i++) {
-            const terms t = light_terms(l, counts, c.first + i % 2, r.first + i / 2);
+            const vd_lens_terms t = vd_lens_terms_at(l, c.first + i % 2, r.first + i / 2);
             direct[i] = t.direct;
             up[i] = t.up;
         }
@@ -269,12 +264,14 @@ static vd_status light_reference(vd_lens_map *map, const vd_terrain_def *def, vd
     if (status.code != VD_OK) {
         return status;
     }
+    light->counts = light->shadows ? counts : NULL;
+    light->counts_stride = (size_t)map->width;
     vd_lens_light_fill(light, def, 0, light->table_count);
     const vd_lens_texture *t = map->texture;
     for (int y = 0; y < t->height; y++) {
         for (int x = 0; x < t->width; x++) {
             vd_lens_texels(map, 0)[(size_t)y * (size_t)t->stride + (size_t)x] =
-                texel(light, light->shadows ? counts : NULL, x, y);
+                vd_lens_texel(light, x, y);
         }
     }
     border(t, vd_lens_texels(map, 0));
