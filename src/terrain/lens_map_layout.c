@@ -228,7 +228,6 @@ vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
         light->ambient_more[i] = up[i] - down[i];
     }
     for (int i = 0; i < 256; i++) {
-        light->decode[i] = vd_srgb_decode((uint8_t)i);
         light->visible[i] = (float)vd_exp((double)i * (-1.0 / 12.0));
     }
     light->shadows = def->shading && def->shadows && l.z > 0.0;

@@ -218,7 +218,7 @@ uint32_t vd_lens_texel(const vd_lens_light *l, int x, int y) {
         lit = 0xFF000000u;
         for (int i = 0; i < 3; i++) {
             const float light = l->sun[i] * sun + (l->ambient[i] + l->ambient_more[i] * sky);
-            lit |= vd_lens_encode(l->decode[component(albedo, i)] * light) << (8 * i);
+            lit |= vd_lens_encode(vd_lens_decode(component(albedo, i)) * light) << (8 * i);
         }
     }
     return lit;
