@@ -56,6 +56,7 @@ typedef struct vd_lens_texture {
     const uint32_t *texels; /* texel (0, 0) */
     int32_t stride;
     int32_t width, height;
+    int32_t column, row; /* of texel (0, 0), in this size's texels from the map's; 0 of heightfields */
 } vd_lens_texture;
 
 typedef struct vd_lens_map {
