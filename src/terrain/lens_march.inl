@@ -770,4 +770,4 @@ static void refine(const vd_lens_picture *picture, int tile_x, int tile_y,
     }
 }
 
-const vd_lens_kernels TABLE = {draw, refine};
+const vd_lens_methods TABLE = {draw, refine};

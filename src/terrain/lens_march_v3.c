@@ -1,2 +1,2 @@
-#define TABLE vd_lens_kernels_v3
+#define TABLE vd_lens_methods_v3
 #include "terrain/lens_march.inl"

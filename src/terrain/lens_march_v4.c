@@ -1,2 +1,2 @@
-#define TABLE vd_lens_kernels_v4
+#define TABLE vd_lens_methods_v4
 #include "terrain/lens_march.inl"

@@ -194,4 +194,4 @@ static void refine(const vd_lens_picture *picture, int tile_x, int tile_y,
     }
 }
 
-const vd_lens_kernels vd_lens_kernels_reference = {draw, refine};
+const vd_lens_methods vd_lens_methods_reference = {draw, refine};

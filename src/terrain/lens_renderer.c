@@ -17,23 +17,23 @@ static vd_status init(vd_context *context, vd_job *job, vd_terrain_renderer *ren
     }
     vd_lens_make_sky(&def->light, renderer->sky);
     if (def->method == VD_TERRAIN_RAYCAST) {
-        renderer->kernels = &vd_lens_kernels_reference;
+        renderer->kernels = &vd_lens_methods_reference;
         vd_status status = vd_lens_map_init_reference(context, def, &renderer->map);
         return status.code == VD_OK ? vd_lens_map_light_reference(&renderer->map, def) : status;
     }
-    renderer->kernels = vd_lens_kernels_for(vd_context_isa(context));
+    renderer->kernels = vd_lens_methods_for(vd_context_isa(context));
     vd_status status = vd_lens_map_init(context, job, def, &renderer->map);
     return status.code == VD_OK ? vd_lens_map_light(&renderer->map, job, def) : status;
 }
 
-const vd_lens_kernels *vd_lens_kernels_for(vd_isa isa) {
+const vd_lens_methods *vd_lens_methods_for(vd_isa isa) {
 #if defined(__x86_64__)
-    return isa == VD_ISA_V4   ? &vd_lens_kernels_v4
-           : isa == VD_ISA_V3 ? &vd_lens_kernels_v3
-                              : &vd_lens_kernels_v2;
+    return isa == VD_ISA_V4   ? &vd_lens_methods_v4
+           : isa == VD_ISA_V3 ? &vd_lens_methods_v3
+                              : &vd_lens_methods_v2;
 #else
     (void)isa;
-    return &vd_lens_kernels_v2;
+    return &vd_lens_methods_v2;
 #endif
 }
 

@@ -12,7 +12,7 @@ struct vd_terrain_renderer {
     vd_colormap colormap; /* def's, if it has one */
     vd_lens_map map;
     vd_lens_view view; /* of the last picture */
-    const vd_lens_kernels *kernels;
+    const vd_lens_methods *kernels;
     vd_lens_worker *workers; /* [threads] */
     float *depth, *starts;   /* see vd_lens_picture */
     size_t depths, start_count;
@@ -38,6 +38,6 @@ VD_MUST_USE vd_status vd_lens_draw(vd_terrain_renderer *renderer, vd_job *job,
                                    vd_frame_stats *stats);
 
 /* Returns the kernels of a level (VD_ISA_V2 … VD_ISA_V4). */
-const vd_lens_kernels *vd_lens_kernels_for(vd_isa isa);
+const vd_lens_methods *vd_lens_methods_for(vd_isa isa);
 
 #endif

@@ -120,13 +120,13 @@ typedef struct vd_lens_counts {
 /* Draws the tile whose upper left pixel is (x, y). */
 typedef void vd_kernel_lens(const vd_lens_picture *picture, int x, int y, vd_lens_counts *counts);
 
-typedef struct vd_lens_kernels {
+typedef struct vd_lens_methods {
     vd_kernel_lens *draw, *refine;
-} vd_lens_kernels;
+} vd_lens_methods;
 
-extern const vd_lens_kernels vd_lens_kernels_reference; /* the method "raycast" */
-extern const vd_lens_kernels vd_lens_kernels_v2;
-extern const vd_lens_kernels vd_lens_kernels_v3;
-extern const vd_lens_kernels vd_lens_kernels_v4;
+extern const vd_lens_methods vd_lens_methods_reference; /* the method "raycast" */
+extern const vd_lens_methods vd_lens_methods_v2;
+extern const vd_lens_methods vd_lens_methods_v3;
+extern const vd_lens_methods vd_lens_methods_v4;
 
 #endif
