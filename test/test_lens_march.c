@@ -54,14 +54,20 @@ static vd_heightfield *random_map(vd_context *context, uint64_t *random) {
     def.type = VD_HEIGHT_F32;
     def.heights = heights;
     def.height_stride = (size_t)width;
-    const double cell = between(random, 0.5, 8), turn = pick(random, 3) == 0 ? between(random, -3, 3) : 0;
+    const double cell = between(random, 0.5, 8),
+                 turn = pick(random, 3) == 0 ? between(random, -3, 3) : 0;
     const double x = pick(random, 4) == 0 ? 1e6 : -0.5 * cell * width;
-    const double m[6] = {x, cell * cos(turn), cell * 1.3 * sin(turn),
-                         0.5 * cell * height, cell * sin(turn), -cell * 1.3 * cos(turn)};
+    const double m[6] = {x,
+                         cell * cos(turn),
+                         cell * 1.3 * sin(turn),
+                         0.5 * cell * height,
+                         cell * sin(turn),
+                         -cell * 1.3 * cos(turn)};
     memcpy(def.world_from_sample, m, sizeof m);
     vd_picture *colors = NULL;
     if (pick(random, 2) == 0) {
-        assert_ok(vd_picture_create(context, 1 + pick(random, 90), 1 + pick(random, 90), 3, 8, &colors));
+        assert_ok(
+            vd_picture_create(context, 1 + pick(random, 90), 1 + pick(random, 90), 3, 8, &colors));
         uint8_t *bytes = colors->data;
         for (size_t i = 0; i < colors->stride_bytes * (size_t)colors->height; i++) {
             bytes[i] = (uint8_t)test_random(random);
@@ -88,7 +94,8 @@ static vd_camera random_camera(const vd_heightfield *map, uint64_t *random, int 
     double column = between(random, -0.7, 1.7) * map->width;
     double row = between(random, -0.7, 1.7) * map->height;
     double z = between(random, -5, 60), pitch = between(random, -1.5, 0.4);
-    double heading = between(random, 0, 6.3), roll = pick(random, 3) == 0 ? between(random, -3, 3) : 0;
+    double heading = between(random, 0, 6.3),
+           roll = pick(random, 3) == 0 ? between(random, -3, 3) : 0;
     if (kind == 0) { /* on a sample, along the axes */
         column = floor(column), row = floor(row);
         heading = pick(random, 4) * 0.5 * VD_PI;
@@ -103,6 +110,11 @@ static vd_camera random_camera(const vd_heightfield *map, uint64_t *random, int 
     }
     camera.eye = world_of(map, column, row, z);
     camera.orientation = vd_orientation_from_angles(heading, pitch, roll);
+    if (kind >= 4) { /* over the map */
+        column = between(random, 0, 1) * map->width, row = between(random, 0, 1) * map->height;
+        z = between(random, 15, 60);
+        camera.eye = world_of(map, column, row, z);
+    }
     if (kind == 2 || kind == 3) {
         const vd_vec3 target = world_of(map, 0.5 * map->width, 0.5 * map->height, 0);
         camera.orientation = vd_orientation_look_at(camera.eye, target);
@@ -175,7 +187,7 @@ static vd_frame *draw(vd_context *context, const vd_terrain_def *def, const vd_c
 static void march_draws_what_raycast_draws(void **state) {
     (void)state;
     const char *scenes_text = getenv("VEDUTA_TEST_SCENES");
-    const int scenes = scenes_text != NULL                           ? atoi(scenes_text)
+    const int scenes = scenes_text != NULL                     ? atoi(scenes_text)
                        : getenv("VEDUTA_TEST_REDUCED") != NULL ? 60
                                                                : 1200;
     vd_context *contexts[VD_ISA_COUNT] = {NULL};

@@ -43,18 +43,18 @@ typedef struct vd_terrain_def {
     const vd_colormap *colormap;       /* colours by height where there are no colours; not owned */
     vd_light light;
     vd_terrain_method method;
-    vd_filter filter;    /* of the colours */
-    bool mip;            /* coarser heights and colours far away, where a cell is a pixel */
-    int samples;         /* 1, 4 or 8 a pixel */
+    vd_filter filter; /* of the colours */
+    bool mip;         /* coarser heights and colours far away, where a cell is a pixel */
+    int samples;      /* 1, 4 or 8 a pixel */
     vd_antialias antialias;
     vd_terrain_window window; /* the cells that are drawn; columns 0: all */
-    double exaggeration; /* factor on heights; 1 is real */
-    bool shading;        /* light the surface; off: plain colours */
-    bool shadows;        /* the surface throws shadows on itself */
-    bool curvature;      /* the Earth's, with refraction */
-    bool sky;            /* paint light's sky where nothing is hit; off: `background` */
-    vd_rgba8 background; /* straight; alpha 0 is transparent */
-    uint64_t object_id;  /* the terrain's 64-bit id in the frame's table */
+    double exaggeration;      /* factor on heights; 1 is real */
+    bool shading;             /* light the surface; off: plain colours */
+    bool shadows;             /* the surface throws shadows on itself */
+    bool curvature;           /* the Earth's, with refraction */
+    bool sky;                 /* paint light's sky where nothing is hit; off: `background` */
+    vd_rgba8 background;      /* straight; alpha 0 is transparent */
+    uint64_t object_id;       /* the terrain's 64-bit id in the frame's table */
 } vd_terrain_def;
 
 /* Daylight from azimuth 315°, altitude 45°, no haze; linear filter, 4 samples, exaggeration 1,

@@ -505,10 +505,10 @@ static inline void vd_wide_load_pairs(const void *base, vd_wide_i32 i, vd_wide_i
     }
 #if defined(__AVX512F__)
     for (int j = 0; j < 2; j++) {
-        const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(part[4 * j]),
-                                                    part[4 * j + 1], 1);
-        const __m256i high = _mm256_inserti128_si256(_mm256_castsi128_si256(part[4 * j + 2]),
-                                                     part[4 * j + 3], 1);
+        const __m256i low =
+            _mm256_inserti128_si256(_mm256_castsi128_si256(part[4 * j]), part[4 * j + 1], 1);
+        const __m256i high =
+            _mm256_inserti128_si256(_mm256_castsi128_si256(part[4 * j + 2]), part[4 * j + 3], 1);
         out[j] = (vd_wide_i32)_mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
     }
 #elif defined(__AVX2__)
@@ -532,8 +532,10 @@ static inline void vd_wide_load_pairs(const void *base, vd_wide_i32 i, vd_wide_i
 static inline void vd_wide_unzip(const vd_wide_i32 pairs[2], vd_wide_i32 *first,
                                  vd_wide_i32 *second) {
 #if VD_WIDE_LANES == 16
-    *first = __builtin_shufflevector(pairs[0], pairs[1], 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
-    *second = __builtin_shufflevector(pairs[0], pairs[1], 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+    *first = __builtin_shufflevector(pairs[0], pairs[1], 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22,
+                                     24, 26, 28, 30);
+    *second = __builtin_shufflevector(pairs[0], pairs[1], 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23,
+                                      25, 27, 29, 31);
 #elif VD_WIDE_LANES == 8
     *first = __builtin_shufflevector(pairs[0], pairs[1], 0, 2, 4, 6, 8, 10, 12, 14);
     *second = __builtin_shufflevector(pairs[0], pairs[1], 1, 3, 5, 7, 9, 11, 13, 15);
@@ -547,7 +549,8 @@ static inline void vd_wide_unzip(const vd_wide_i32 pairs[2], vd_wide_i32 *first,
 static inline void vd_wide_double(vd_wide_i32 v, vd_wide_i32 out[2]) {
 #if VD_WIDE_LANES == 16
     out[0] = __builtin_shufflevector(v, v, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
-    out[1] = __builtin_shufflevector(v, v, 8, 8, 9, 9, 10, 10, 11, 11, 12, 12, 13, 13, 14, 14, 15, 15);
+    out[1] =
+        __builtin_shufflevector(v, v, 8, 8, 9, 9, 10, 10, 11, 11, 12, 12, 13, 13, 14, 14, 15, 15);
 #elif VD_WIDE_LANES == 8
     out[0] = __builtin_shufflevector(v, v, 0, 0, 1, 1, 2, 2, 3, 3);
     out[1] = __builtin_shufflevector(v, v, 4, 4, 5, 5, 6, 6, 7, 7);
@@ -566,12 +569,10 @@ static inline vd_wide_i16 vd_wide_mix_pairs(vd_wide_i32 pairs, vd_wide_i32 weigh
 #if defined(__SSE4_1__)
     const __m128i order = _mm_setr_epi8(0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15);
 #if defined(__AVX512BW__)
-    const __m512i turns =
-        _mm512_shuffle_epi8((__m512i)pairs, _mm512_broadcast_i32x4(order));
+    const __m512i turns = _mm512_shuffle_epi8((__m512i)pairs, _mm512_broadcast_i32x4(order));
     return (vd_wide_i16)_mm512_maddubs_epi16(turns, (__m512i)weights);
 #elif defined(__AVX2__)
-    const __m256i turns =
-        _mm256_shuffle_epi8((__m256i)pairs, _mm256_broadcastsi128_si256(order));
+    const __m256i turns = _mm256_shuffle_epi8((__m256i)pairs, _mm256_broadcastsi128_si256(order));
     return (vd_wide_i16)_mm256_maddubs_epi16(turns, (__m256i)weights);
 #else
     return (vd_wide_i16)_mm_maddubs_epi16(_mm_shuffle_epi8((__m128i)pairs, order),

@@ -9,10 +9,10 @@
  *     └──────┴───────┴───────┴──► u
  *
  * Within a cell f(s) = w(s) − ground(s) is a quadratic, as the ground is bilinear and the ray
- * straight (or curved once, by the Earth). A hit is its first zero coming from above. Where rounding
- * pushes a zero over the cell's end, the next cell finds f <= 0 at its beginning and the ray in the
- * air: that is a hit as well, so there are no cracks. Amanatides & Woo (1987) for the walk; the
- * quadratic after Press et al. (2007), §5.6.
+ * straight (or curved once, by the Earth). A hit is its first zero coming from above. Where
+ * rounding pushes a zero over the cell's end, the next cell finds f <= 0 at its beginning and the
+ * ray in the air: that is a hit as well, so there are no cracks. Amanatides & Woo (1987) for the
+ * walk; the quadratic after Press et al. (2007), §5.6.
  */
 #ifndef VEDUTA_TERRAIN_LENS_CAST_H
 #define VEDUTA_TERRAIN_LENS_CAST_H
@@ -27,8 +27,8 @@
 
 typedef struct vd_lens_ray {
     float u, v, w, ut, vt, w1, w2;
-    float iu, iv;     /* 1/ut, 1/vt */
-    float lo, hi;     /* the part over the map and under its top; none when !(lo < hi) */
+    float iu, iv; /* 1/ut, 1/vt */
+    float lo, hi; /* the part over the map and under its top; none when !(lo < hi) */
 } vd_lens_ray;
 
 /* What is above a ray: nothing known, air, or it came in under the ground. */
@@ -109,8 +109,8 @@ static inline int vd_lens_cell(float s, float origin, float speed, float inverse
 
 /* Meets cell (i, j) of the slab. Returns true and *s_hit on a hit; else updates *state. */
 static inline bool vd_lens_meet(const vd_lens_slab *slab, const vd_lens_ray *r,
-                                const vd_lens_walk *k, int i, int j, float tb,
-                                vd_lens_state *state, float *s_hit) {
+                                const vd_lens_walk *k, int i, int j, float tb, vd_lens_state *state,
+                                float *s_hit) {
     const vd_lens_ground *g = slab->ground;
     const float *at = g->heights + (size_t)(j + slab->row) * g->stride + (i + slab->column);
     const float h00 = at[0], h10 = at[1], h01 = at[g->stride], h11 = at[g->stride + 1];

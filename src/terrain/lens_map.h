@@ -27,8 +27,8 @@
 
 #include <veduta/terrain.h>
 
-#define VD_LENS_LEVELS 17  /* of detail, and of blocks within one */
-#define VD_LENS_TABLE 16   /* entries of a table that kernels look up by block level */
+#define VD_LENS_LEVELS 17 /* of detail, and of blocks within one */
+#define VD_LENS_TABLE 16  /* entries of a table that kernels look up by block level */
 #define VD_LENS_TEXTURES 18
 
 /* One level of detail. Cells are counted from (column, row), in cells of the level from the map's
@@ -56,7 +56,8 @@ typedef struct vd_lens_texture {
     const uint32_t *texels; /* texel (0, 0) */
     int32_t stride;
     int32_t width, height;
-    int32_t column, row; /* of texel (0, 0), in this size's texels from the map's; 0 of heightfields */
+    int32_t column,
+        row; /* of texel (0, 0), in this size's texels from the map's; 0 of heightfields */
 } vd_lens_texture;
 
 typedef struct vd_lens_map {

@@ -44,10 +44,8 @@ static int filter(int a, int b, int c, int d, int wu, int wv) {
 static void read_texture(const vd_lens_view *view, float u, float v, float t, int16_t out[4]) {
     const int size = texture_size(view, t);
     const float scale = view->texture_scale[size];
-    const float x =
-        view->texture_u[size] + (u * view->texture_uu + v * view->texture_uv) * scale;
-    const float y =
-        view->texture_v[size] + (u * view->texture_vu + v * view->texture_vv) * scale;
+    const float x = view->texture_u[size] + (u * view->texture_uu + v * view->texture_uv) * scale;
+    const float y = view->texture_v[size] + (u * view->texture_vu + v * view->texture_vv) * scale;
     const int width = view->texture_width[size], height = view->texture_height[size];
     const float inside_x = vd_lens_max(vd_lens_min(x, (float)width), -1.0f);
     const float inside_y = vd_lens_max(vd_lens_min(y, (float)height), -1.0f);
@@ -182,8 +180,7 @@ static void refine_pixel(const vd_lens_picture *picture, int x, int y, vd_lens_c
     counts->samples += (uint64_t)view->samples;
 }
 
-static void refine(const vd_lens_picture *picture, int tile_x, int tile_y,
-                   vd_lens_counts *counts) {
+static void refine(const vd_lens_picture *picture, int tile_x, int tile_y, vd_lens_counts *counts) {
     const vd_frame *frame = picture->frame;
     for (int y = tile_y; y < tile_y + VD_LENS_TILE && y < frame->height; y++) {
         for (int x = tile_x; x < tile_x + VD_LENS_TILE && x < frame->width; x++) {

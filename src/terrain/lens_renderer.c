@@ -200,7 +200,7 @@ vd_status vd_terrain_renderer_draw(vd_terrain_renderer *renderer, vd_job *job,
     if (status.code != VD_OK) {
         return status;
     }
-    const vd_lens_tiles all = {0, 1,
-                               vd_lens_tile_count(frame->width) * vd_lens_tile_count(frame->height)};
+    const vd_lens_tiles all = {
+        0, 1, vd_lens_tile_count(frame->width) * vd_lens_tile_count(frame->height)};
     return vd_lens_draw(renderer, job, camera, terrain_id, &all, frame, stats);
 }

@@ -45,14 +45,14 @@ static void make_rays(const vd_camera *camera, affine3 *origin, affine3 *directi
 
 /* a·x + b·y of a vector's horizontal components, plus an offset. */
 static vd_lens_affine project(affine3 v, double a, double b, double offset) {
-    vd_lens_affine f = {{(float)(offset + (a * v.at.x + b * v.at.y)), (float)(a * v.x.x + b * v.x.y),
-                         (float)(a * v.y.x + b * v.y.y)}};
+    vd_lens_affine f = {{(float)(offset + (a * v.at.x + b * v.at.y)),
+                         (float)(a * v.x.x + b * v.x.y), (float)(a * v.y.x + b * v.y.y)}};
     return f;
 }
 
 static vd_lens_affine lift(affine3 v, double scale, double offset) {
-    vd_lens_affine f = {{(float)(offset + scale * v.at.z), (float)(scale * v.x.z),
-                         (float)(scale * v.y.z)}};
+    vd_lens_affine f = {
+        {(float)(offset + scale * v.at.z), (float)(scale * v.x.z), (float)(scale * v.y.z)}};
     return f;
 }
 
@@ -139,8 +139,8 @@ static void make_slabs(const vd_terrain_def *def, const vd_camera *camera, int a
 static void make_margins(const vd_terrain_def *def, int width, int height, vd_lens_view *view) {
     const vd_lens_map *map = view->map;
     const double range = (double)map->highest - map->lowest;
-    const double size = fabs(map->highest) > fabs(map->lowest) ? fabs(map->highest)
-                                                               : fabs(map->lowest);
+    const double size =
+        fabs(map->highest) > fabs(map->lowest) ? fabs(map->highest) : fabs(map->lowest);
     const double place = greatest(&view->u, width, height) + greatest(&view->v, width, height);
     const double speed = greatest(&view->ut, width, height) + greatest(&view->vt, width, height);
     const double bend = def->curvature ? fabs((double)view->curve_t0_t0) : 0.0;
@@ -224,8 +224,7 @@ static void make_colors(const vd_terrain_def *def, const uint32_t *sky, vd_lens_
 }
 
 static void make_depth(const vd_terrain_def *def, const vd_camera *camera, vd_lens_view *view) {
-    view->depth_scale =
-        view->orthographic ? (float)(-1.0 / camera->far_m) : (float)camera->near_m;
+    view->depth_scale = view->orthographic ? (float)(-1.0 / camera->far_m) : (float)camera->near_m;
     /* A step between neighbouring pixels is an edge from 1/64 of the distance on; a smooth slope,
      * whose depth is affine in the picture, never is. */
     view->edge_share = view->orthographic ? 0.0f : 0x1p-6f;
@@ -253,9 +252,8 @@ void vd_lens_view_init(const vd_lens_map *map, const vd_terrain_def *def, const 
     /* Differences to the map's corner first: exact, wherever in the world both are. */
     const double x = camera->eye.x - m[0], y = camera->eye.y - m[3];
     const double u = inverse[1] * x + inverse[2] * y, v = inverse[4] * x + inverse[5] * y;
-    const vd_vec3 middle =
-        vd_vec3_add(start.at, vd_vec3_add(vd_vec3_scale(start.x, 0.5 * width),
-                                          vd_vec3_scale(start.y, 0.5 * height)));
+    const vd_vec3 middle = vd_vec3_add(start.at, vd_vec3_add(vd_vec3_scale(start.x, 0.5 * width),
+                                                             vd_vec3_scale(start.y, 0.5 * height)));
     const int anchor_u =
         clamp_anchor(u + (inverse[1] * middle.x + inverse[2] * middle.y), h->width);
     const int anchor_v =

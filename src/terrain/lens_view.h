@@ -11,8 +11,8 @@
  *              t0 ─────┊ no ground is nearer, along the axis, than this
  *
  * and all its coefficients are affine in x and y but for the curvature's. t0 keeps floats short: a
- * position is known to 2^−22 of the map's own width, also from space. Every number that a picture is
- * made of is computed here in double and rounded once; from there on everything is float, in one
+ * position is known to 2^−22 of the map's own width, also from space. Every number that a picture
+ * is made of is computed here in double and rounded once; from there on everything is float, in one
  * order, in lens_cast.h (one ray at a time: the reference) and lens_march.inl (16 at a time): the
  * same bytes.
  *
@@ -23,8 +23,8 @@
  *     eye ·──── level 0 ────┊── level 1 ──┊──────── level 2 ────────┊────────────── level 3 …
  *                          T(1)          T(2)                      T(3)
  *
- * A ray that comes to a plane stays in the air; where the next level's ground is higher, it meets it
- * there.
+ * A ray that comes to a plane stays in the air; where the next level's ground is higher, it meets
+ * it there.
  */
 #ifndef VEDUTA_TERRAIN_LENS_VIEW_H
 #define VEDUTA_TERRAIN_LENS_VIEW_H
@@ -40,11 +40,11 @@ typedef struct vd_lens_affine {
 /* What lies between two planes across the view axis: cells of one level. */
 typedef struct vd_lens_slab {
     const vd_lens_ground *ground;
-    float begin, end;     /* s */
-    float scale;          /* 2^−level: cells a sample */
-    float unscale;        /* 2^level */
+    float begin, end;       /* s */
+    float scale;            /* 2^−level: cells a sample */
+    float unscale;          /* 2^level */
     float shift_u, shift_v; /* samples from the slab's cell (0, 0) to the anchor */
-    int32_t column, row;  /* the slab's cell (0, 0), counted in cells of the ground */
+    int32_t column, row;    /* the slab's cell (0, 0), counted in cells of the ground */
     float margin, margin_s; /* heights: what rounding may do at s is below margin + margin_s·s */
 } vd_lens_slab;
 
@@ -56,7 +56,7 @@ typedef struct vd_lens_view {
     float curve, curve_t0, curve_t0_t0; /* curvature in units of w, times 2·t0, times t0² */
     float t0, begin;                    /* metres; s of the near plane, or 0 */
     float west, east_end, north_end, south; /* the window's edges, in samples from the anchor */
-    float top;                          /* above all ground */
+    float top;                              /* above all ground */
     int slabs;
     vd_lens_slab slab[VD_LENS_LEVELS];
 
@@ -72,11 +72,11 @@ typedef struct vd_lens_view {
     _Alignas(64) float texture_u[VD_LENS_TABLE], texture_v[VD_LENS_TABLE]; /* of the anchor */
     _Alignas(64) float texture_scale[VD_LENS_TABLE];
     float texture_uu, texture_uv, texture_vu, texture_vv;
-    float haze;           /* −log2(e) / haze_m, or 0 */
+    float haze;            /* −log2(e) / haze_m, or 0 */
     int16_t haze_color[4]; /* 127 times the encoded colour, premultiplied; 127·255 */
-    const uint32_t *sky;  /* [VD_LENS_SKY + 1] by the sine of the elevation; null: background */
-    float sine;           /* w1 times this over the direction's length: the sine */
-    uint32_t background;  /* premultiplied */
+    const uint32_t *sky;   /* [VD_LENS_SKY + 1] by the sine of the elevation; null: background */
+    float sine;            /* w1 times this over the direction's length: the sine */
+    uint32_t background;   /* premultiplied */
 
     /* depth and edges */
     bool orthographic;
@@ -93,8 +93,8 @@ typedef struct vd_lens_view {
 /* Fills the table of sky colours, encoded, opaque. */
 void vd_lens_make_sky(const vd_light *light, uint32_t sky[VD_LENS_SKY + 1]);
 
-/* Sets up a picture of width × height pixels. `sky` is the table of def's light and must outlive the
- * view. All numbers of def and camera have been checked. */
+/* Sets up a picture of width × height pixels. `sky` is the table of def's light and must outlive
+ * the view. All numbers of def and camera have been checked. */
 void vd_lens_view_init(const vd_lens_map *map, const vd_terrain_def *def, const vd_camera *camera,
                        int width, int height, const uint32_t *sky, vd_lens_view *out);
 
@@ -109,7 +109,8 @@ typedef struct vd_lens_picture {
     vd_frame *frame;
     float *depth; /* [height][depth_stride], of pixel centres: near / t; 0 where nothing is */
     size_t depth_stride;
-    float *starts; /* [blocks_y][blocks_x]: for each 4 × 4 pixels, an s before which nothing is hit */
+    float
+        *starts; /* [blocks_y][blocks_x]: for each 4 × 4 pixels, an s before which nothing is hit */
     size_t starts_stride;
 } vd_lens_picture;
 
