@@ -27,8 +27,8 @@
 
 #include <veduta/terrain.h>
 
-#define VD_LENS_LEVELS 17  /* of detail, and of blocks within one */
-#define VD_LENS_TABLE 16   /* entries of a table that kernels look up by block level */
+#define VD_LENS_LEVELS 17 /* of detail, and of blocks within one */
+#define VD_LENS_TABLE 16  /* entries of a table that kernels look up by block level */
 #define VD_LENS_TEXTURES 18
 
 /* One level of detail. Cells are counted from (column, row), in cells of the level from the map's
