@@ -27,19 +27,21 @@
  * picture, which is rare, is made by the reference's texel in parallel.
  *
  * Shadow counts, a byte a sample, stand where the half sizes are written afterwards: lighting anew
- * holds nothing more than the shadows' slab (2 MiB and the reach of the rays), and touches no new
+ * holds nothing more than the shadows' slab (4 MiB and the reach of the rays), and touches no new
  * memory.
  *
  * Floor, for 2048² floats without colours: heights 16 MiB, read by the means, the maxima, the
  * shadows' slab and the light; texels 16 MiB written and read once by the halves; 16 MiB of levels,
  * maxima, halves and counts written: 0.11 GB, 7 ms of one core at 16 GB/s. The first touch of the
- * 32 MiB that stay is 8,192 page faults, about 12 ms more. Measured on two Zen cores that others
- * used too, AVX-512, both threads added up: 50–58 ms cold, 33–39 ms when the memory was there
- * before: 4 levels and maxima, 17 light, the rest shadows.
+ * 32 MiB that stay is 8,192 page faults: vd_lens_map_init takes 10 ms cold and 4 ms in memory that
+ * was touched before. Measured on two cores that others used too, AVX-512, both threads added up:
+ * 52–61 ms cold, 31–44 ms warm, of which 17 are light and halves and most of the rest shadows (sun
+ * 45° high; some three times as much at 1°, where all 255 steps count).
  *
- * Tried: sRGB by tables (three gathers a texel to decode): 3.1 ns a texel against 1.8, as 16
- * gathered lanes take 30 cycles and a polynomial of degree 4 takes 8. Rows of whole cache lines:
- * no faster, 3 % more memory. A 64 MiB slab for the shadows: no faster warm, 6 ms slower cold.
+ * Tried: sRGB by a table, three gathers a texel to decode: 3.1 ns a texel for the light alone,
+ * against 1.8 with polynomials. A 64 MiB slab for the shadows: no faster warm, 6 ms slower cold; 2
+ * MiB: more, smaller bands, 8.4 ms against 7.1–8.2 to light 1024² anew under a low sun, which is
+ * within that machine's noise.
  */
 #include "core/wide.h"
 #include "terrain/lens_map_internal.h"
