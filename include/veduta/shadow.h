@@ -70,7 +70,7 @@ VD_API void vd_shadow_def_aim(vd_shadow_def *def, const vd_heightfield *heightfi
 /* Fills counts[height][stride] of the heightfield's size; the bytes between width and stride are
  * left alone. stride >= width. `job` may be null. Heights of any type. The heightfield is only
  * read. Returns VD_ERROR_ARGUMENT (names the field), VD_ERROR_MEMORY (the twin needs a copy of part
- * of the map: all of it and the steps' reach up to 64 MiB, 2 MiB of float maps, of larger maps at
+ * of the map: all of it and the steps' reach up to 64 MiB, 4 MiB of float maps, of larger maps at
  * least twice the reach)
  * or VD_ERROR_CANCELLED (counts are then unfinished). */
 VD_API VD_MUST_USE vd_status vd_shadow_count(vd_context *context, vd_job *job,

@@ -369,14 +369,6 @@ static void light_rows(void *user, int index, int worker) {
     close_rows(t, vd_lens_texels(l->map, 0), first, end);
 }
 
-static uint32_t half_texel(const uint32_t *top, const uint32_t *bottom, int x, int next) {
-    const uint32_t pairs = 0x00FF00FFu, two = 0x00020002u;
-    const uint32_t a = top[x], b = top[next], c = bottom[x], d = bottom[next];
-    const uint32_t rb = (a & pairs) + (b & pairs) + (c & pairs) + (d & pairs) + two;
-    const uint32_t ga = (a >> 8 & pairs) + (b >> 8 & pairs) + (c >> 8 & pairs) + (d >> 8 & pairs);
-    return (rb >> 2 & pairs) | ((ga + two) >> 2 & pairs) << 8;
-}
-
 static void half_rows(void *user, int index, int worker) {
     (void)worker;
     const lighting *l = user;
@@ -388,7 +380,9 @@ static void half_rows(void *user, int index, int worker) {
         uint32_t *to = vd_lens_texels(l->map, l->size) + (ptrdiff_t)y * coarse->stride;
         l->kernels->half(top, bottom, fine->width / 2, to);
         if (fine->width % 2 != 0) {
-            to[coarse->width - 1] = half_texel(top, bottom, fine->width - 1, fine->width - 1);
+            const uint32_t above[2] = {top[fine->width - 1], top[fine->width - 1]};
+            const uint32_t below[2] = {bottom[fine->width - 1], bottom[fine->width - 1]};
+            l->kernels->half(above, below, 1, to + coarse->width - 1);
         }
     }
     close_rows(coarse, vd_lens_texels(l->map, l->size), first, end);
