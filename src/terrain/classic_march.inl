@@ -89,11 +89,17 @@
 
 /* Where a packet stands. */
 typedef struct place {
-    vd_wide_i32 index;             /* of the cell, in the map's heights */
-    vd_wide_i32 column, row, lead; /* the cell at its level; mask_y of the level */
-    vd_wide_i32 up;                /* 1 where the cell's parent ends with it, else 0 */
-    vd_wide_f32 end;               /* the last slice that is surely in the cell */
+    vd_wide_i32 index;        /* of the cell, in the map's heights */
+    vd_wide_i32 column, row;  /* the cell at its level */
+    vd_wide_i32 offset, lead; /* of the level */
+    vd_wide_i32 up;           /* 1 where the cell's parent ends with it, else 0 */
+    vd_wide_f32 end;          /* the last slice that is surely in the cell */
 } place;
+
+/* The heights of a cell and its right, lower and lower right neighbours. */
+typedef struct patch {
+    vd_wide_f32 h00, h10, h01, h11;
+} patch;
 
 /* LANES neighbouring columns, each somewhere on its own way. */
 typedef struct packet {
@@ -108,6 +114,7 @@ typedef struct packet {
     vd_wide_i32 flip_x, flip_y;       /* 0 where it grows, else 1 */
     vd_wide_i32 pixel;                /* of the tiles' first row */
     place next;                       /* if located ahead */
+    patch four;                       /* of the linear filter */
 } packet;
 
 /* A tile in hand. */
@@ -264,8 +271,8 @@ VD_CLASSIC_INLINE place locate(const vd_march_picture *picture, const packet *p,
         column = power_of_two ? column & mask_x : vd_wide_min_i32(column, mask_x);
         row = power_of_two ? row & lead : vd_wide_min_i32(row, lead);
     }
-    here.index = vd_wide_lookup_i32(linear ? map->shared : map->offset, level) + column +
-                 (row << 3) + (column & ~7) * lead;
+    here.offset = vd_wide_lookup_i32(linear ? map->shared : map->offset, level);
+    here.index = here.offset + column + (row << 3) + (column & ~7) * lead;
     here.column = column;
     here.row = row;
     here.lead = lead;
@@ -360,6 +367,11 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
     bool working = true;
     for (uint32_t steps = 1; working; steps++) {
         working = false;
+        for (int i = 0; i < slot_count && linear; i++) {
+            for (int group = 0; group < GROUPS && slots[i].tile >= 0; group++) {
+                linear_look(picture, &slots[i].packets[group], type, power_of_two);
+            }
+        }
         for (int i = 0; i < slot_count; i++) {
             slot *s = &slots[i];
             if (s->tile < 0) {
@@ -377,7 +389,7 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
                     map = p->segment->map;
                 }
                 const bool alive =
-                    linear ? linear_step(picture, scratch, &count, p, type, power_of_two)
+                    linear ? linear_step(picture, scratch, &count, p, type)
                            : step(picture, scratch, &count, p, type, power_of_two, deep, ahead);
                 if (!alive && next_segment(picture, p)) {
                     if (ahead) {
