@@ -24,18 +24,24 @@
  * MIN_SIDE, so that there is something to skip. The level above all, `everything`, is the plane.
  *
  * There are two pyramids over the one level 0: of the samples in a cell, and, for the linear
- * filter, of those and their right and lower neighbours, between which the surface lies. */
+ * filter, of those and their right and lower neighbours, between which the surface lies. Of a map
+ * of bytes the second stands by itself, with a level 0 of its own, as rows of pairs, a sample and
+ * the one below it: two neighbouring pairs are the four heights of a patch, one load a lane. A row
+ * of level 0 has the first pair again at its end; above level 0 a maximum stands in two pairs. */
 #define VD_MARCH_LEVELS 16
 #define VD_MARCH_FINITE 15 /* the most levels below `everything` */
 
 typedef struct vd_march_map {
     _Alignas(64) int32_t offset[VD_MARCH_LEVELS];
     int32_t shared[VD_MARCH_LEVELS]; /* offset, of the second pyramid */
-    int32_t mask_x[VD_MARCH_LEVELS]; /* columns − 1 */
-    int32_t mask_y[VD_MARCH_LEVELS]; /* rows − 1 */
-    float cell[VD_MARCH_LEVELS];     /* 2^l */
-    float inverse[VD_MARCH_LEVELS];  /* 2^−l */
+    int32_t pair_offset[VD_MARCH_LEVELS];
+    int32_t pair_lead[VD_MARCH_LEVELS]; /* pairs from one row to the next */
+    int32_t mask_x[VD_MARCH_LEVELS];    /* columns − 1 */
+    int32_t mask_y[VD_MARCH_LEVELS];    /* rows − 1 */
+    float cell[VD_MARCH_LEVELS];        /* 2^l */
+    float inverse[VD_MARCH_LEVELS];     /* 2^−l */
     void *heights;
+    uint16_t *pairs;        /* of a map of bytes, once a picture is linear; else null */
     size_t bytes;           /* of heights, with the maxima of one pyramid */
     const vd_rgba8 *colors; /* [height][color_stride]; alpha is anything */
     int color_stride;
@@ -51,6 +57,9 @@ typedef struct vd_march_map {
  * written on success only; vd_march_map_finish ends it. Returns VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_march_map_init(vd_context *context, const vd_classic_level *level,
                                         vd_height_type type, vd_march_map *out);
+
+/* Makes the pairs of a map of bytes. Returns VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_march_map_add_pairs(vd_context *context, vd_march_map *map);
 void vd_march_map_finish(vd_context *context, vd_march_map *map);
 
 /* ---- a picture -------------------------------------------------------------------------------
@@ -63,10 +72,10 @@ void vd_march_map_finish(vd_context *context, vd_march_map *map);
  * samples can wait for memory together. */
 typedef struct vd_march_scratch {
     _Alignas(64) int32_t at[VD_MARCH_BATCH + 16]; /* pixel of `tiles` */
-    /* index of the colour; for the linear filter its column, beside the row and the two weights */
+    /* index of the colour; for the linear filter column and 2^16 times row, and the weights, across
+     * and 2^16 times down */
     _Alignas(64) int32_t from[VD_MARCH_BATCH + 16];
-    _Alignas(64) int32_t row[VD_MARCH_BATCH + 16];
-    _Alignas(64) int32_t weights[VD_MARCH_BATCH + 16]; /* across, and 2^16 times down */
+    _Alignas(64) int32_t weights[VD_MARCH_BATCH + 16];
     _Alignas(64) float depth_of[VD_MARCH_BATCH + 16];
     uint32_t *tiles; /* [SLOTS][height][TILE]: colour of the first row of a run; 0 elsewhere */
     float *depths;   /* the same for depth, or null */

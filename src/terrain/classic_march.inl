@@ -89,17 +89,11 @@
 
 /* Where a packet stands. */
 typedef struct place {
-    vd_wide_i32 index;        /* of the cell, in the map's heights */
-    vd_wide_i32 column, row;  /* the cell at its level */
-    vd_wide_i32 offset, lead; /* of the level */
-    vd_wide_i32 up;           /* 1 where the cell's parent ends with it, else 0 */
-    vd_wide_f32 end;          /* the last slice that is surely in the cell */
+    vd_wide_i32 index;       /* of the cell, in the map's heights */
+    vd_wide_i32 column, row; /* the cell at its level */
+    vd_wide_i32 up;          /* 1 where the cell's parent ends with it, else 0 */
+    vd_wide_f32 end;         /* the last slice that is surely in the cell */
 } place;
-
-/* The heights of a cell and its right, lower and lower right neighbours. */
-typedef struct patch {
-    vd_wide_f32 h00, h10, h01, h11;
-} patch;
 
 /* LANES neighbouring columns, each somewhere on its own way. */
 typedef struct packet {
@@ -114,7 +108,9 @@ typedef struct packet {
     vd_wide_i32 flip_x, flip_y;       /* 0 where it grows, else 1 */
     vd_wide_i32 pixel;                /* of the tiles' first row */
     place next;                       /* if located ahead */
-    patch four;                       /* of the linear filter */
+    /* For the linear filter: the way of a slice, twice its product, and 2^−20 times the direction's
+     * size. */
+    vd_wide_f32 step_x, step_y, bend, unsure;
 } packet;
 
 /* A tile in hand. */
@@ -218,7 +214,7 @@ VD_CLASSIC_INLINE interval find_interval(vd_wide_f32 p, float size, float invers
 
 /* Finds the cell of the packet's level under its next slice. */
 VD_CLASSIC_INLINE place locate(const vd_march_picture *picture, const packet *p, bool power_of_two,
-                               bool deep, bool linear) {
+                               bool deep) {
     const vd_classic_setup *setup = picture->setup;
     const vd_march_segment *segment = p->segment;
     const vd_march_map *map = segment->map;
@@ -271,11 +267,10 @@ VD_CLASSIC_INLINE place locate(const vd_march_picture *picture, const packet *p,
         column = power_of_two ? column & mask_x : vd_wide_min_i32(column, mask_x);
         row = power_of_two ? row & lead : vd_wide_min_i32(row, lead);
     }
-    here.offset = vd_wide_lookup_i32(linear ? map->shared : map->offset, level);
-    here.index = here.offset + column + (row << 3) + (column & ~7) * lead;
+    here.index =
+        vd_wide_lookup_i32(map->offset, level) + column + (row << 3) + (column & ~7) * lead;
     here.column = column;
     here.row = row;
-    here.lead = lead;
     const vd_wide_f32 last = vd_wide_splat_f32(segment->last);
     const vd_wide_mask everything = vd_wide_equal_i32(level, vd_wide_splat_i32(map->everything));
     const vd_wide_f32 end = vd_wide_max_f32(vd_wide_floor_f32(vd_wide_min_f32(k_x, k_y)), k);
@@ -305,7 +300,7 @@ VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *s
     const vd_classic_setup *setup = picture->setup;
     const vd_march_segment *segment = p->segment;
     const vd_march_map *map = segment->map;
-    const place here = ahead ? p->next : locate(picture, p, power_of_two, deep, false);
+    const place here = ahead ? p->next : locate(picture, p, power_of_two, deep);
     const vd_wide_i32 index = here.index, up = here.up, level = p->level;
     const vd_wide_f32 k = p->k, end = here.end;
     const vd_wide_f32 height = gather_height(map, index, type);
@@ -342,7 +337,7 @@ VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *s
                               vd_wide_splat_i32(-1)),
         everything);
     if (ahead) {
-        p->next = locate(picture, p, power_of_two, deep, false);
+        p->next = locate(picture, p, power_of_two, deep);
         prefetch_height(map, p->next.index, type);
     }
     return vd_wide_bits(vd_wide_less_f32(p->k, past)) != 0;
@@ -367,11 +362,6 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
     bool working = true;
     for (uint32_t steps = 1; working; steps++) {
         working = false;
-        for (int i = 0; i < slot_count && linear; i++) {
-            for (int group = 0; group < GROUPS && slots[i].tile >= 0; group++) {
-                linear_look(picture, &slots[i].packets[group], type, power_of_two);
-            }
-        }
         for (int i = 0; i < slot_count; i++) {
             slot *s = &slots[i];
             if (s->tile < 0) {
@@ -389,11 +379,11 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
                     map = p->segment->map;
                 }
                 const bool alive =
-                    linear ? linear_step(picture, scratch, &count, p, type)
+                    linear ? linear_step(picture, scratch, &count, p, type, power_of_two)
                            : step(picture, scratch, &count, p, type, power_of_two, deep, ahead);
                 if (!alive && next_segment(picture, p)) {
                     if (ahead) {
-                        p->next = locate(picture, p, power_of_two, deep, false);
+                        p->next = locate(picture, p, power_of_two, deep);
                     }
                 } else if (!alive) {
                     s->alive &= ~(1u << group);

@@ -36,11 +36,40 @@
  * heights (1920 × 1080, Zen 4: 7.4 ms; 5 of 16 lanes busy in it, and its exit never predicted).
  */
 
-/* Indices of the four. Where `leaf` is not set all are the first. */
-VD_CLASSIC_INLINE patch gather_four(const vd_march_map *map, vd_wide_mask leaf, vd_wide_i32 offset,
-                                    vd_wide_i32 column, vd_wide_i32 row, vd_wide_i32 lead,
-                                    vd_height_type type) {
+VD_CLASSIC_INLINE vd_wide_f32 absolute(vd_wide_f32 v) {
+    return (vd_wide_f32)((vd_wide_u32)v & 0x7FFFFFFFu);
+}
+
+/* The heights of a cell and its right, lower and lower right neighbours. */
+typedef struct patch {
+    vd_wide_f32 h00, h10, h01, h11;
+} patch;
+
+/* Those of bytes stand together. */
+VD_CLASSIC_INLINE patch gather_pairs(const vd_march_map *map, vd_wide_mask leaf, vd_wide_i32 column,
+                                     vd_wide_i32 row, vd_wide_i32 level) {
+    const vd_wide_i32 zero = vd_wide_splat_i32(0);
+    const vd_wide_i32 index = vd_wide_lookup_i32(map->pair_offset, level) +
+                              row * vd_wide_lookup_i32(map->pair_lead, level) + column +
+                              vd_wide_blend_i32(leaf, zero, column);
+    const vd_wide_u32 four = vd_wide_gather_pair_u16(map->pairs, index);
+    patch p;
+    p.h00 = __builtin_convertvector((vd_wide_i32)(four & 255u), vd_wide_f32);
+    p.h01 = __builtin_convertvector((vd_wide_i32)(four >> 8 & 255u), vd_wide_f32);
+    p.h10 = __builtin_convertvector((vd_wide_i32)(four >> 16 & 255u), vd_wide_f32);
+    p.h11 = __builtin_convertvector((vd_wide_i32)(four >> 24), vd_wide_f32);
+    return p;
+}
+
+/* Above level 0 (not `leaf`) all four are the cell's maximum. */
+VD_CLASSIC_INLINE patch gather_patch(const vd_march_map *map, vd_wide_mask leaf, vd_wide_i32 column,
+                                     vd_wide_i32 row, vd_wide_i32 level, vd_height_type type) {
+    if (type == VD_HEIGHT_U8) {
+        return gather_pairs(map, leaf, column, row, level);
+    }
     const vd_wide_i32 zero = vd_wide_splat_i32(0), one = vd_wide_splat_i32(1);
+    const vd_wide_i32 offset = vd_wide_lookup_i32(map->shared, level);
+    const vd_wide_i32 lead = vd_wide_lookup_i32(map->mask_y, level);
     vd_wide_i32 right = column + one, lower = row + one;
     right = vd_wide_blend_i32(vd_wide_equal_i32(right, vd_wide_splat_i32(map->width)), zero, right);
     lower =
@@ -49,19 +78,12 @@ VD_CLASSIC_INLINE patch gather_four(const vd_march_map *map, vd_wide_mask leaf, 
     lower = vd_wide_blend_i32(leaf, lower, row);
     const vd_wide_i32 here_x = offset + column + (column & ~7) * lead;
     const vd_wide_i32 right_x = offset + right + (right & ~7) * lead;
-    patch four;
-    four.h00 = gather_height(map, here_x + (row << 3), type);
-    four.h10 = gather_height(map, right_x + (row << 3), type);
-    four.h01 = gather_height(map, here_x + (lower << 3), type);
-    four.h11 = gather_height(map, right_x + (lower << 3), type);
-    return four;
-}
-
-VD_CLASSIC_INLINE patch gather_patch(const vd_march_map *map, vd_wide_i32 column, vd_wide_i32 row,
-                                     vd_height_type type) {
-    const vd_wide_i32 zero = vd_wide_splat_i32(0);
-    return gather_four(map, vd_wide_equal_i32(zero, zero), zero, column, row,
-                       vd_wide_splat_i32(map->mask_y[0]), type);
+    patch p;
+    p.h00 = gather_height(map, here_x + (row << 3), type);
+    p.h10 = gather_height(map, right_x + (row << 3), type);
+    p.h01 = gather_height(map, here_x + (lower << 3), type);
+    p.h11 = gather_height(map, right_x + (lower << 3), type);
+    return p;
 }
 
 VD_CLASSIC_INLINE vd_wide_f32 highest_of(const patch *p) {
@@ -91,13 +113,11 @@ static __attribute__((noinline)) void linear_drain(const vd_march_map *map,
     const vd_wide_i32 width = vd_wide_splat_i32(map->width);
     const vd_wide_i32 height = vd_wide_splat_i32(map->height);
     memset(scratch->from + count, 0, LANES * sizeof *scratch->from);
-    memset(scratch->row + count, 0, LANES * sizeof *scratch->row);
     for (size_t i = 0; i < count; i += LANES) {
-        vd_wide_i32 column, row;
-        memcpy(&column, scratch->from + i, sizeof column);
-        memcpy(&row, scratch->row + i, sizeof row);
-        vd_wide_u32 weights;
+        vd_wide_u32 from, weights;
+        memcpy(&from, scratch->from + i, sizeof from);
         memcpy(&weights, scratch->weights + i, sizeof weights);
+        const vd_wide_i32 column = (vd_wide_i32)(from & 0xFFFFu), row = (vd_wide_i32)(from >> 16);
         vd_wide_i32 right = column + 1, lower = row + 1;
         right = vd_wide_blend_i32(vd_wide_equal_i32(right, width), zero, right);
         lower = vd_wide_blend_i32(vd_wide_equal_i32(lower, height), zero, lower);
@@ -143,8 +163,7 @@ VD_CLASSIC_INLINE size_t linear_found(const vd_march_picture *picture, const vd_
     const vd_wide_i32 weights = vd_wide_to_i32(across * 256.0f) | vd_wide_to_i32(down * 256.0f)
                                                                       << 16;
     vd_wide_compress_i32(scratch->at + count, seen, (vd_wide_i32)at);
-    vd_wide_compress_i32(scratch->from + count, seen, column);
-    vd_wide_compress_i32(scratch->row + count, seen, row);
+    vd_wide_compress_i32(scratch->from + count, seen, column | row << 16);
     vd_wide_compress_i32(scratch->weights + count, seen, weights);
     if (scratch->depths != NULL) {
         vd_wide_compress_i32((int32_t *)(void *)(scratch->depth_of + count), seen,
@@ -155,17 +174,13 @@ VD_CLASSIC_INLINE size_t linear_found(const vd_march_picture *picture, const vd_
 
 /* ---- one step -------------------------------------------------------------------------------- */
 
-VD_CLASSIC_INLINE vd_wide_f32 absolute(vd_wide_f32 v) {
-    return (vd_wide_f32)((vd_wide_u32)v & 0x7FFFFFFFu);
-}
-
 /* How many slices after `k`, up to `end`, surely stay below the hidden row, where the column is at
  * `across` and `down` in the patch, over which its height is `height`, at slice k. */
 VD_CLASSIC_INLINE vd_wide_f32 count_hidden(const vd_march_picture *picture, const packet *p,
                                            const patch *four, vd_wide_f32 k, vd_wide_f32 end,
                                            vd_wide_f32 z, vd_wide_f32 z_end, vd_wide_f32 hidden,
-                                           vd_wide_f32 across, vd_wide_f32 down,
-                                           vd_wide_f32 height) {
+                                           vd_wide_f32 across, vd_wide_f32 down, vd_wide_f32 height,
+                                           vd_height_type type) {
     const vd_classic_setup *setup = picture->setup;
     const vd_march_segment *segment = p->segment;
     const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
@@ -174,45 +189,38 @@ VD_CLASSIC_INLINE vd_wide_f32 count_hidden(const vd_march_picture *picture, cons
     const vd_wide_f32 slopes = absolute(b) + absolute(c) + absolute(g);
     const vd_wide_f32 slope = (hidden - setup->horizon) * picture->inverse_scale;
     const vd_wide_f32 position =
-        0x1p-20f * z_end * (absolute(p->direction_x) + absolute(p->direction_y)) +
-        0x1p-22f * (fabsf(segment->eye_x) + fabsf(segment->eye_y));
-    const vd_wide_f32 size = fabsf(setup->eye_height) + absolute(four->h00) + slopes +
-                             z_end * (absolute(slope) + hidden * picture->inverse_scale);
-    const vd_wide_f32 over =
-        (setup->eye_height - z * slope) - height - (0x1p-18f * size + slopes * position);
-    const vd_wide_f32 step_x = setup->step * p->direction_x, step_y = setup->step * p->direction_y;
-    const vd_wide_f32 rising = step_x * (b + g * down) + step_y * (c + g * across);
+        z_end * p->unsure + 0x1p-22f * (fabsf(segment->eye_x) + fabsf(segment->eye_y));
+    /* A of whole numbers is at most 5 times the greatest. */
+    const vd_wide_f32 size =
+        type == VD_HEIGHT_F32
+            ? fabsf(setup->eye_height) + (absolute(four->h00) + slopes)
+            : vd_wide_splat_f32(fabsf(setup->eye_height) + 5.0f * segment->map->highest);
+    const vd_wide_f32 row = absolute(slope) + hidden * picture->inverse_scale;
+    const vd_wide_f32 error = 0x1p-18f * (size + z_end * row) + slopes * position;
+    const vd_wide_f32 over = ((setup->eye_height - z * slope) - height) - error;
+    const vd_wide_f32 rising = p->step_x * (b + g * down) + p->step_y * (c + g * across);
     const vd_wide_f32 left = end - k;
-    const vd_wide_f32 bent = (2.0f * g) * (step_x * step_y) * left;
-    const vd_wide_f32 fall = setup->step * slope + rising + vd_wide_max_f32(bent, zero);
+    const vd_wide_f32 fall =
+        setup->step * slope + rising + vd_wide_max_f32(g * p->bend * left, zero);
     /* Never falling: all that are left. */
     const vd_wide_f32 slices = vd_wide_min_f32(vd_wide_floor_f32(over / fall), left);
     const vd_wide_f32 many = vd_wide_blend_f32(vd_wide_less_f32(zero, fall), slices, left);
     return vd_wide_blend_f32(vd_wide_less_f32(zero, over), many, zero);
 }
 
-/* The first half of a step: where the packet is, and the heights there. All packets take it before
- * any takes the second, so that their chains of operations stand side by side. */
-VD_CLASSIC_INLINE void linear_look(const vd_march_picture *picture, packet *p, vd_height_type type,
-                                   bool power_of_two) {
-    const vd_wide_mask leaf = vd_wide_equal_i32(p->level, vd_wide_splat_i32(0));
-    p->next = locate(picture, p, power_of_two, false, true);
-    p->four = gather_four(p->segment->map, leaf, p->next.offset, p->next.column, p->next.row,
-                          p->next.lead, type);
-}
-
 /* Returns whether any lane still sees something in its segment. */
 VD_CLASSIC_INLINE bool linear_step(const vd_march_picture *picture, vd_march_scratch *scratch,
-                                   size_t *count, packet *p, vd_height_type type) {
+                                   size_t *count, packet *p, vd_height_type type,
+                                   bool power_of_two) {
     const vd_classic_setup *setup = picture->setup;
     const vd_march_segment *segment = p->segment;
     const vd_march_map *map = segment->map;
-    const place here = p->next;
-    const patch four = p->four;
+    const place here = locate(picture, p, power_of_two, false);
     const vd_wide_f32 k = p->k, end = here.end;
     const vd_wide_f32 zero = vd_wide_splat_f32(0.0f), one = vd_wide_splat_f32(1.0f);
     const vd_wide_f32 past = vd_wide_splat_f32(segment->last + 1.0f);
     const vd_wide_mask leaf = vd_wide_equal_i32(p->level, vd_wide_splat_i32(0));
+    const patch four = gather_patch(map, leaf, here.column, here.row, p->level, type);
 
     /* The row of the slice itself, or the highest of anything in the cell: there the four are the
      * one maximum, which is what lies between them. */
@@ -236,7 +244,7 @@ VD_CLASSIC_INLINE bool linear_step(const vd_march_picture *picture, vd_march_scr
         vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), p->hidden);
 
     const vd_wide_f32 many =
-        count_hidden(picture, p, &four, k, end, z, z_end, hidden, across, along, height);
+        count_hidden(picture, p, &four, k, end, z, z_end, hidden, across, along, height, type);
     const vd_wide_f32 last = vd_wide_blend_f32(leaf, k + many, end);
     VD_MARCH_SKIPPED(setup, p, vd_wide_blend_f32(seen, k + one, k), last, hidden,
                      vd_wide_bits(vd_wide_not(down)));

@@ -39,7 +39,7 @@ static bool is_own(const vd_march_map *map, int level) {
     return level < map->everything && map->offset[level] != map->offset[level - 1];
 }
 
-/* Sets the levels' tables; returns the number of samples of all levels. */
+/* Sets the levels' tables; returns the number of samples of all levels that `heights` has. */
 static size_t lay_out(vd_march_map *map) {
     size_t samples = 0;
     int level = 0, last = 0;
@@ -69,6 +69,9 @@ static size_t lay_out(vd_march_map *map) {
     map->inverse[level] = 1.0f / (float)(1 << level);
     const size_t first = strip_samples(map->width, map->height);
     map->bytes = (samples + 8) * vd_height_bytes(map->height_type);
+    if (map->height_type == VD_HEIGHT_U8) { /* the second pyramid stands by itself */
+        return samples + 8;
+    }
     for (int l = 1; l <= level; l++) { /* the second pyramid stands behind the first */
         map->shared[l] = map->offset[l] < (int32_t)first
                              ? map->offset[l]
@@ -121,7 +124,9 @@ static size_t lay_out(vd_march_map *map) {
         int level = 1;                                                                             \
         for (; is_own(map, level); level++) {                                                      \
             reduce_##name(map, map->offset, level, 2);                                             \
-            reduce_##name(map, map->shared, level, level == 1 ? 3 : 2);                            \
+            if (map->height_type != VD_HEIGHT_U8) {                                                \
+                reduce_##name(map, map->shared, level, level == 1 ? 3 : 2);                        \
+            }                                                                                      \
         }                                                                                          \
         type highest = lowest;                                                                     \
         for (int row = 0; row < cells(map->height, level - 1); row++) {                            \
@@ -131,7 +136,9 @@ static size_t lay_out(vd_march_map *map) {
             }                                                                                      \
         }                                                                                          \
         heights[map->offset[map->everything]] = highest;                                           \
-        heights[map->shared[map->everything]] = highest;                                           \
+        if (map->height_type != VD_HEIGHT_U8) {                                                    \
+            heights[map->shared[map->everything]] = highest;                                       \
+        }                                                                                          \
         return (float)highest;                                                                     \
     }
 
@@ -184,9 +191,96 @@ vd_status vd_march_map_init(vd_context *context, const vd_classic_level *from, v
     return status;
 }
 
+/* Sets the tables of the pairs; returns their number. */
+static size_t lay_out_pairs(vd_march_map *map) {
+    size_t count = 0;
+    for (int level = 0; level <= map->everything; level++) {
+        const bool top = level == map->everything;
+        const int columns = top ? 1 : cells(map->width, level);
+        const int rows = top ? 1 : cells(map->height, level);
+        if (level > 0 && !top && !is_own(map, level)) {
+            map->pair_offset[level] = map->pair_offset[level - 1];
+            map->pair_lead[level] = map->pair_lead[level - 1];
+            continue;
+        }
+        map->pair_offset[level] = (int32_t)count;
+        map->pair_lead[level] = level == 0 ? columns + 1 : 2 * columns;
+        count += (size_t)map->pair_lead[level] * (size_t)rows;
+    }
+    return count;
+}
+
+static uint8_t greatest_of(uint16_t a, uint16_t b) {
+    const uint8_t values[4] = {(uint8_t)a, (uint8_t)(a >> 8), (uint8_t)b, (uint8_t)(b >> 8)};
+    uint8_t greatest = 0;
+    for (int i = 0; i < 4; i++) {
+        greatest = greatest < values[i] ? values[i] : greatest;
+    }
+    return greatest;
+}
+
+/* The greatest height of 2 × 2 cells of a level of pairs, of which the right and the lower ones may
+ * not exist. */
+static uint8_t reduce_pairs(const vd_march_map *map, int level, int column, int row) {
+    const int columns = cells(map->width, level), rows = cells(map->height, level);
+    const int width = level == 0 ? 1 : 2; /* of a cell, in pairs */
+    uint8_t greatest = 0;
+    for (int r = 2 * row; r < 2 * row + 2 && r < rows; r++) {
+        for (int c = 2 * column; c < 2 * column + 2 && c < columns; c++) {
+            const uint16_t *pair = map->pairs + map->pair_offset[level] +
+                                   (size_t)r * (size_t)map->pair_lead[level] +
+                                   (size_t)width * (size_t)c;
+            const uint8_t h = greatest_of(pair[0], pair[1]);
+            greatest = greatest < h ? h : greatest;
+        }
+    }
+    return greatest;
+}
+
+static void fill_pairs(vd_march_map *map) {
+    const uint8_t *heights = map->heights;
+    const size_t lead = (size_t)map->pair_lead[0];
+    for (int row = 0; row < map->height; row++) {
+        const int below = row + 1 == map->height ? 0 : row + 1;
+        uint16_t *out = map->pairs + (size_t)row * lead;
+        for (int column = 0; column < map->width; column++) {
+            out[column] = (uint16_t)(heights[index_of(map, map->offset, 0, column, row)] |
+                                     heights[index_of(map, map->offset, 0, column, below)] << 8);
+        }
+        out[map->width] = out[0];
+    }
+    for (int level = 1; is_own(map, level); level++) {
+        for (int row = 0; row < cells(map->height, level); row++) {
+            uint16_t *out =
+                map->pairs + map->pair_offset[level] + (size_t)row * (size_t)map->pair_lead[level];
+            for (int column = 0; column < cells(map->width, level); column++) {
+                const uint16_t h = reduce_pairs(map, level - 1, column, row);
+                out[2 * column] = out[2 * column + 1] = (uint16_t)(h | h << 8);
+            }
+        }
+    }
+    uint16_t *top = map->pairs + map->pair_offset[map->everything];
+    top[0] = top[1] = (uint16_t)((uint16_t)map->highest | (uint16_t)map->highest << 8);
+}
+
+vd_status vd_march_map_add_pairs(vd_context *context, vd_march_map *map) {
+    if (map->pairs != NULL || map->height_type != VD_HEIGHT_U8) {
+        return vd_success();
+    }
+    const size_t count = lay_out_pairs(map);
+    map->pairs = vd_allocate(context, count, sizeof *map->pairs);
+    if (map->pairs == NULL) {
+        return vd_out_of_memory("the map in pairs", count * sizeof *map->pairs);
+    }
+    fill_pairs(map);
+    return vd_success();
+}
+
 void vd_march_map_finish(vd_context *context, vd_march_map *map) {
     vd_release(context, map->heights);
     vd_release(context, map->repeated);
+    vd_release(context, map->pairs);
     map->heights = NULL;
+    map->pairs = NULL;
     map->repeated = NULL;
 }

@@ -50,7 +50,9 @@ VD_CLASSIC_INLINE bool sweep_segment(const vd_march_picture *picture,
             }
             vd_wide_f32 height;
             if (linear) {
-                const patch four = gather_patch(map, column, row, type);
+                const vd_wide_i32 level = vd_wide_splat_i32(0);
+                const patch four =
+                    gather_patch(map, vd_wide_equal_i32(level, level), column, row, level, type);
                 height = patch_height(&four, at_x - x, at_y - y, type);
             } else {
                 const vd_wide_i32 index = column + (row << 3) + (column & ~7) * map->mask_y[0];
@@ -91,7 +93,7 @@ VD_CLASSIC_INLINE void sweep(vd_march_picture *picture, vd_march_scratch *scratc
         bool going = true;
         for (int i = 0; i < picture->segment_count && going; i++) {
             for (int group = 0; group < GROUPS && i > 0; group++) {
-                begin_segment(&picture->segments[i], &packets[group]);
+                begin_segment(&picture->segments[i], picture->setup->step, &packets[group]);
             }
             going = sweep_segment(picture, &picture->segments[i], scratch, packets, type,
                                   power_of_two, deep, linear);

@@ -22,13 +22,17 @@ static void begin_axis(const vd_march_picture *picture, float direction, float e
 }
 
 /* Moves a packet to the first slice of a segment, whose map is coarser than the one before. */
-static void begin_segment(const vd_march_segment *segment, packet *p) {
+static void begin_segment(const vd_march_segment *segment, float step, packet *p) {
     const float scale = segment->scale / p->segment->scale;
     p->segment = segment;
     p->direction_x *= scale;
     p->direction_y *= scale;
     p->slices_x *= 1.0f / scale;
     p->slices_y *= 1.0f / scale;
+    p->step_x = step * p->direction_x;
+    p->step_y = step * p->direction_y;
+    p->bend = 2.0f * p->step_x * p->step_y;
+    p->unsure = 0x1p-20f * (absolute(p->direction_x) + absolute(p->direction_y));
     p->level = vd_wide_splat_i32(0);
     p->k = vd_wide_blend_f32(vd_wide_less_f32(vd_wide_splat_f32(0.0f), p->hidden),
                              vd_wide_splat_f32(segment->first),
@@ -42,7 +46,7 @@ static bool next_segment(const vd_march_picture *picture, packet *p) {
         vd_wide_bits(vd_wide_less_f32(vd_wide_splat_f32(0.0f), p->hidden)) == 0) {
         return false;
     }
-    begin_segment(&picture->segments[next], p);
+    begin_segment(&picture->segments[next], picture->setup->step, p);
     return true;
 }
 
@@ -76,7 +80,7 @@ static __attribute__((noinline)) void begin_packet(const vd_march_picture *pictu
     }
     static const vd_march_segment whole = {.scale = 1.0f};
     p->segment = &whole;
-    begin_segment(&picture->segments[0], p);
+    begin_segment(&picture->segments[0], setup->step, p);
 }
 
 /* Takes the next tile; −1 when there is none. */
@@ -100,7 +104,7 @@ VD_CLASSIC_INLINE void begin_slot(vd_march_picture *picture, slot *slots, int nu
     for (int group = 0; group < GROUPS && s->tile >= 0; group++) {
         begin_packet(picture, number, s->tile, group, true, &s->packets[group]);
         if (ahead) {
-            s->packets[group].next = locate(picture, &s->packets[group], power_of_two, deep, false);
+            s->packets[group].next = locate(picture, &s->packets[group], power_of_two, deep);
         }
     }
 }
