@@ -354,6 +354,21 @@ static inline vd_wide_i32 vd_wide_gather_u16(const uint16_t *base, vd_wide_i32 i
 #endif
 }
 
+/* base[i], and base[i + 1] in the upper half. */
+static inline vd_wide_u32 vd_wide_gather_pair_u16(const uint16_t *base, vd_wide_i32 i) {
+#if defined(__AVX512F__)
+    return (vd_wide_u32)_mm512_i32gather_epi32((__m512i)i, base, 2);
+#elif defined(__AVX2__)
+    return (vd_wide_u32)_mm256_i32gather_epi32((const int *)(const void *)base, (__m256i)i, 2);
+#else
+    vd_wide_u32 v;
+    for (int lane = 0; lane < VD_WIDE_LANES; lane++) {
+        v[lane] = base[i[lane]] | (uint32_t)base[i[lane] + 1] << 16;
+    }
+    return v;
+#endif
+}
+
 /* By loads of their own, for the reason given above: a gather instruction of 16 lanes takes longer
  * than the loads on all AMD processors. */
 static inline vd_wide_f32 vd_wide_gather_f32(const float *base, vd_wide_i32 i) {
