@@ -158,6 +158,7 @@ typedef struct bench_scene {
     vd_classic_method method;
     vd_classic_renderer *renderer; /* of the march, made when its turn comes */
     vd_terrain_def terrain;
+    vd_terrain_renderer *terrain_renderer; /* of `terrain`, made anew for every method */
     vd_camera camera;
     vd_png_def png;
     vd_colormap colormap;
@@ -186,7 +187,8 @@ void bench_scene_finish(bench_scene *s);
 VD_MUST_USE vd_status bench_picture(bench_run *run, bench_scene *s, bench_work *work,
                                     bench_result *result);
 
-/* bench_work on a bench_scene: its classic def by its method, its terrain def. */
+/* bench_work on a bench_scene: its classic def by its method, its terrain def; by renderers that
+ * are kept from picture to picture. Made at the first picture. */
 bench_work bench_draw_classic, bench_draw_terrain;
 
 /* The lens cases' view of the bench's own map, one sample a pixel. */

@@ -7,6 +7,7 @@
 void bench_scene_finish(bench_scene *s) {
     if (s->context != NULL) {
         vd_classic_renderer_destroy(&s->renderer);
+        vd_terrain_renderer_destroy(&s->terrain_renderer);
         vd_frame_destroy(&s->frame);
         vd_heightfield_destroy(s->context, &s->map);
         vd_context_destroy(&s->context);
@@ -63,7 +64,13 @@ vd_status bench_draw_classic(void *user) {
 
 vd_status bench_draw_terrain(void *user) {
     bench_scene *s = user;
-    return vd_terrain_render(s->context, NULL, &s->terrain, &s->camera, s->frame, NULL);
+    vd_status status = vd_success();
+    if (s->terrain_renderer == NULL) {
+        status = vd_terrain_renderer_create(s->context, NULL, &s->terrain, &s->terrain_renderer);
+    }
+    return status.code == VD_OK
+               ? vd_terrain_renderer_draw(s->terrain_renderer, NULL, &s->camera, s->frame, NULL)
+               : status;
 }
 
 /* ---- classic ----------------------------------------------------------------------------------*/
@@ -196,6 +203,7 @@ static void set_everything(bench_scene *s) {
     }
     s->terrain.light = vd_light_daylight(250 * VD_RADIANS_PER_DEGREE, 30 * VD_RADIANS_PER_DEGREE);
     s->terrain.light.haze_m = 90e3;
+    s->terrain.mip = true;
     s->terrain.samples = 4;
     s->terrain.curvature = true;
 }
@@ -219,6 +227,7 @@ static vd_status measure_lens(bench_run *run, const bench_case *self, vd_isa isa
     }
     for (int m = VD_TERRAIN_METHOD_COUNT - 1; m >= 0 && status.code == VD_OK; m--) {
         s.terrain.method = (vd_terrain_method)m;
+        vd_terrain_renderer_destroy(&s.terrain_renderer);
         bool raycast = m == VD_TERRAIN_RAYCAST;
         if (raycast && (t > 0 || (views && self->width > 1920))) {
             continue;
