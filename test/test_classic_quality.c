@@ -293,6 +293,87 @@ static void methods_agree_or_refuse(void **state) {
     vd_context_destroy(&context);
 }
 
+/* ---- the march's memory ---------------------------------------------------------------------- */
+
+/* Block and renderer together, of a map that is large beside the renderer's scratch. */
+static void memory_is_bounded(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    for (int type = 0; type < VD_HEIGHT_TYPE_COUNT; type++) {
+        for (int filter = 0; filter < VD_FILTER_COUNT; filter++) {
+            const size_t before = vd_context_memory(context).bytes_now;
+            const size_t heights = type == VD_HEIGHT_U8 ? 1 : type == VD_HEIGHT_U16 ? 2 : 4;
+            vd_heightfield *map =
+                make_map(context, (map_kind){1000, 1024, (vd_height_type)type, 4});
+            vd_classic_renderer *renderer = NULL;
+            vd_frame *frame = NULL;
+            assert_ok(vd_classic_renderer_create(context, map, &renderer));
+            assert_ok(vd_frame_create(context, 32, 20, 0, &frame));
+            vd_classic_def def = small_def(78.0);
+            def.filter = (vd_filter)filter;
+            assert_ok(vd_classic_renderer_draw(renderer, NULL, &def, frame));
+            const double ratio = (double)(vd_context_memory(context).bytes_now - before) /
+                                 (1000.0 * 1024.0 * (double)(heights + 4));
+            if (ratio > 2.2) {
+                fail_msg("type %d, filter %d: %.3f times the heights and colours", type, filter,
+                         ratio);
+            }
+            vd_frame_destroy(&frame);
+            vd_classic_renderer_destroy(&renderer);
+            vd_heightfield_destroy(context, &map);
+        }
+    }
+    vd_context_destroy(&context);
+}
+
+/* A renderer whose n-th allocation fails says so, and draws the picture the next time. */
+static bool survives(int fail_at, int options) {
+    test_allocator allocator = {0};
+    vd_context *context = test_failing_context(&allocator);
+    vd_heightfield *map =
+        make_map(context, (map_kind){40, 40, options % 2 == 0 ? VD_HEIGHT_F32 : VD_HEIGHT_U8, 7});
+    vd_frame *frame = NULL;
+    assert_ok(vd_frame_create(context, 33, 20, VD_PLANE_DEPTH, &frame));
+    vd_classic_def def = small_def(78.0);
+    def.growth = options % 3 == 0 ? 0.05 : 0.0;
+    def.filter = options >= 2 ? VD_FILTER_LINEAR : VD_FILTER_NEAREST;
+    def.mip = def.smooth = options >= 4;
+    def.samples = options >= 4 ? 4 : 0;
+    allocator.calls = 0;
+    allocator.fail_at = fail_at;
+    vd_classic_renderer *renderer = NULL;
+    vd_status status = vd_classic_renderer_create(context, map, &renderer);
+    if (status.code == VD_OK) {
+        status = vd_classic_renderer_draw(renderer, NULL, &def, frame);
+    } else {
+        assert_null(renderer);
+    }
+    if (status.code != VD_OK) {
+        assert_int_equal(status.code, VD_ERROR_MEMORY);
+        if (renderer != NULL) {
+            assert_ok(vd_classic_renderer_draw(renderer, NULL, &def, frame));
+        }
+    }
+    const bool done = allocator.calls < fail_at;
+    vd_classic_renderer_destroy(&renderer);
+    vd_frame_destroy(&frame);
+    vd_heightfield_destroy(context, &map);
+    vd_context_destroy(&context);
+    assert_int_equal(allocator.live, 0);
+    return done;
+}
+
+static void every_allocation_may_fail(void **state) {
+    (void)state;
+    for (int options = 0; options < 6; options++) {
+        int fail_at = 1;
+        while (!survives(fail_at, options)) {
+            fail_at++;
+        }
+        assert_true(fail_at > 5);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(linear_equals_nearest_at_samples),
@@ -302,6 +383,8 @@ int main(void) {
         cmocka_unit_test(distance_does_not_sparkle),
         cmocka_unit_test(odd_maps_have_one_level),
         cmocka_unit_test(methods_agree_or_refuse),
+        cmocka_unit_test(memory_is_bounded),
+        cmocka_unit_test(every_allocation_may_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

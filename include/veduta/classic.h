@@ -112,9 +112,10 @@ VD_API VD_MUST_USE vd_status vd_classic_render(vd_context *context, vd_job *job,
                                                vd_classic_method method, vd_frame *frame,
                                                vd_classic_counts *counts);
 
-/* Draws many pictures of one map by the method "march": what it derives from the map (1⅔ times the
- * bytes of its heights; with the option mip, once a picture wants it, a third of the colours and
- * nearly the map's heights again) and its scratch memory are kept from picture to picture. */
+/* Draws many pictures of one map by the method "march": what it derives from the map is kept from
+ * picture to picture, as is its scratch memory. With the map's block it takes at most 2.2 times the
+ * bytes of heights and colours for pictures of one filter (8-bit maps keep something for each); the
+ * option mip adds, when a picture first wants it, about a third of that. */
 typedef struct vd_classic_renderer vd_classic_renderer;
 
 /* Creates a renderer; *out is owned by the caller. The map must wrap, have colours of its own size,

@@ -230,8 +230,8 @@ static vd_status reserve_levels(vd_classic_renderer *renderer) {
 
 static vd_status reserve(vd_classic_renderer *renderer, const vd_classic_setup *setup) {
     vd_status status = reserve_tiles(renderer, setup->frame->height, is_deep(setup), setup->smooth);
-    for (int i = 0; i < setup->level_count && setup->linear && status.code == VD_OK; i++) {
-        status = vd_march_map_add_pairs(renderer->context, &renderer->maps[i]);
+    for (int i = 0; i < setup->level_count && status.code == VD_OK; i++) {
+        status = vd_march_map_prepare(renderer->context, &renderer->maps[i], setup->linear);
     }
     return status.code == VD_OK && is_sweep(setup) ? reserve_slices(renderer, setup->slice_count)
                                                    : status;

@@ -95,6 +95,11 @@ typedef struct place {
     vd_wide_f32 end;         /* the last slice that is surely in the cell */
 } place;
 
+/* The heights of a cell and its right, lower and lower right neighbours. */
+typedef struct patch {
+    vd_wide_f32 h00, h10, h01, h11;
+} patch;
+
 /* LANES neighbouring columns, each somewhere on its own way. */
 typedef struct packet {
     const vd_march_segment *segment;
@@ -111,6 +116,7 @@ typedef struct packet {
     /* For the linear filter: the way of a slice, twice its product, and 2^−20 times the direction's
      * size. */
     vd_wide_f32 step_x, step_y, bend, unsure;
+    patch four; /* where `next` is */
 } packet;
 
 /* A tile in hand. */
@@ -137,7 +143,8 @@ VD_CLASSIC_INLINE vd_wide_u32 mix(vd_wide_u32 a, vd_wide_u32 b, vd_wide_u32 w) {
 /* Fetches the colours of the list and empties it into the tiles. */
 static __attribute__((noinline)) void drain(const vd_march_map *map, vd_march_scratch *scratch,
                                             size_t count, bool deep) {
-    const uint32_t *colors = (const uint32_t *)(const void *)map->colors;
+    const vd_rgba8 *from = map->height_type == VD_HEIGHT_U8 ? map->strips : map->colors;
+    const uint32_t *colors = (const uint32_t *)(const void *)from;
     uint32_t *tiles = scratch->tiles;
     for (size_t i = 0; i < count; i++) {
         tiles[scratch->at[i]] = colors[scratch->from[i]] | OPAQUE;
@@ -324,7 +331,8 @@ VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *s
 
     const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
     const vd_wide_i32 first = vd_wide_to_i32(vd_wide_max_f32(top, zero));
-    const vd_wide_i32 from = here.column + here.row * map->color_stride;
+    const vd_wide_i32 from =
+        type == VD_HEIGHT_U8 ? index : here.column + here.row * map->color_stride;
     *count = found(picture, map, scratch, *count, seen, first, p->pixel, from, z_worst, deep);
     const vd_wide_f32 hidden =
         vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), p->hidden);
@@ -352,7 +360,7 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
                              vd_height_type type, bool power_of_two, bool deep, bool ahead,
                              bool linear) {
     slot slots[VD_MARCH_SLOTS];
-    const int slot_count = ahead ? VD_MARCH_SLOTS : SLOTS;
+    const int slot_count = ahead ? VD_MARCH_SLOTS : linear ? 2 * SLOTS : SLOTS;
     for (int i = 0; i < slot_count; i++) {
         begin_slot(picture, slots, i, power_of_two, deep, ahead);
     }
@@ -362,6 +370,11 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
     bool working = true;
     for (uint32_t steps = 1; working; steps++) {
         working = false;
+        for (int i = 0; i < slot_count && linear; i++) {
+            for (int group = 0; group < GROUPS && slots[i].tile >= 0; group++) {
+                linear_look(picture, &slots[i].packets[group], type, power_of_two);
+            }
+        }
         for (int i = 0; i < slot_count; i++) {
             slot *s = &slots[i];
             if (s->tile < 0) {
@@ -379,7 +392,7 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
                     map = p->segment->map;
                 }
                 const bool alive =
-                    linear ? linear_step(picture, scratch, &count, p, type, power_of_two)
+                    linear ? linear_step(picture, scratch, &count, p, type)
                            : step(picture, scratch, &count, p, type, power_of_two, deep, ahead);
                 if (!alive && next_segment(picture, p)) {
                     if (ahead) {

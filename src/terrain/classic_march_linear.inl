@@ -40,11 +40,6 @@ VD_CLASSIC_INLINE vd_wide_f32 absolute(vd_wide_f32 v) {
     return (vd_wide_f32)((vd_wide_u32)v & 0x7FFFFFFFu);
 }
 
-/* The heights of a cell and its right, lower and lower right neighbours. */
-typedef struct patch {
-    vd_wide_f32 h00, h10, h01, h11;
-} patch;
-
 /* Those of bytes stand together. */
 VD_CLASSIC_INLINE patch gather_pairs(const vd_march_map *map, vd_wide_mask leaf, vd_wide_i32 column,
                                      vd_wide_i32 row, vd_wide_i32 level) {
@@ -208,19 +203,27 @@ VD_CLASSIC_INLINE vd_wide_f32 count_hidden(const vd_march_picture *picture, cons
     return vd_wide_blend_f32(vd_wide_less_f32(zero, over), many, zero);
 }
 
+/* The first half of a step: where the packet is, and the heights there. All packets take it before
+ * any takes the second, so that their chains of operations stand side by side. */
+VD_CLASSIC_INLINE void linear_look(const vd_march_picture *picture, packet *p, vd_height_type type,
+                                   bool power_of_two) {
+    const vd_wide_mask leaf = vd_wide_equal_i32(p->level, vd_wide_splat_i32(0));
+    p->next = locate(picture, p, power_of_two, false);
+    p->four = gather_patch(p->segment->map, leaf, p->next.column, p->next.row, p->level, type);
+}
+
 /* Returns whether any lane still sees something in its segment. */
 VD_CLASSIC_INLINE bool linear_step(const vd_march_picture *picture, vd_march_scratch *scratch,
-                                   size_t *count, packet *p, vd_height_type type,
-                                   bool power_of_two) {
+                                   size_t *count, packet *p, vd_height_type type) {
     const vd_classic_setup *setup = picture->setup;
     const vd_march_segment *segment = p->segment;
     const vd_march_map *map = segment->map;
-    const place here = locate(picture, p, power_of_two, false);
+    const place here = p->next;
+    const patch four = p->four;
     const vd_wide_f32 k = p->k, end = here.end;
     const vd_wide_f32 zero = vd_wide_splat_f32(0.0f), one = vd_wide_splat_f32(1.0f);
     const vd_wide_f32 past = vd_wide_splat_f32(segment->last + 1.0f);
     const vd_wide_mask leaf = vd_wide_equal_i32(p->level, vd_wide_splat_i32(0));
-    const patch four = gather_patch(map, leaf, here.column, here.row, p->level, type);
 
     /* The row of the slice itself, or the highest of anything in the cell: there the four are the
      * one maximum, which is what lies between them. */

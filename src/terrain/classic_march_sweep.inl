@@ -48,6 +48,7 @@ VD_CLASSIC_INLINE bool sweep_segment(const vd_march_picture *picture,
                 column = vd_wide_to_i32(wrap(x, (float)map->width, 1.0f / (float)map->width));
                 row = vd_wide_to_i32(wrap(y, (float)map->height, 1.0f / (float)map->height));
             }
+            const vd_wide_i32 index = column + (row << 3) + (column & ~7) * map->mask_y[0];
             vd_wide_f32 height;
             if (linear) {
                 const vd_wide_i32 level = vd_wide_splat_i32(0);
@@ -55,7 +56,6 @@ VD_CLASSIC_INLINE bool sweep_segment(const vd_march_picture *picture,
                     gather_patch(map, vd_wide_equal_i32(level, level), column, row, level, type);
                 height = patch_height(&four, at_x - x, at_y - y, type);
             } else {
-                const vd_wide_i32 index = column + (row << 3) + (column & ~7) * map->mask_y[0];
                 height = gather_height(map, index, type);
             }
             const vd_wide_f32 top = (setup->eye_height - height) * rise + setup->horizon;
@@ -73,7 +73,8 @@ VD_CLASSIC_INLINE bool sweep_segment(const vd_march_picture *picture,
                                      row, at_x - x, at_y - y, depth_z);
             } else {
                 count = found(picture, map, scratch, count, seen, first, p->pixel,
-                              column + row * map->color_stride, depth_z, deep);
+                              type == VD_HEIGHT_U8 ? index : column + row * map->color_stride,
+                              depth_z, deep);
             }
             p->hidden =
                 vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), p->hidden);
