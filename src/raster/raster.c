@@ -29,7 +29,7 @@ vd_raster_def vd_raster_def_default(void) {
 }
 
 static bool is_size(int size) {
-    return size == 0 || (size >= 8 && size <= 256 && (size & (size - 1)) == 0);
+    return size == 0 || (size >= 16 && size <= 256 && (size & (size - 1)) == 0);
 }
 
 static vd_status check_def(const vd_raster_def *def, const vd_camera *camera) {
@@ -44,7 +44,7 @@ static vd_status check_def(const vd_raster_def *def, const vd_camera *camera) {
         return vd_failure(
             VD_ERROR_ARGUMENT,
             "the raster's bins of %d, tiles of %d or small triangles of %d pixels are "
-            "impossible; give powers of two from 8 to 256, or 0",
+            "impossible; give powers of two from 16 to 256, or 0",
             def->bin_pixels, def->tile_pixels, def->small_pixels);
     }
     if (!(def->far_m == 0.0 || (def->far_m > camera->near_m && isfinite(def->far_m)))) {
@@ -222,7 +222,8 @@ static void run_vertices(void *user, int index, int worker) {
     const uint32_t first = (uint32_t)index * VERTICES_A_TASK;
     const uint32_t left = run->drawing->mesh->vertex_count - first;
     (void)worker;
-    run->raster->project(run->drawing, first, left < VERTICES_A_TASK ? left : VERTICES_A_TASK);
+    run->raster->kernels->project(run->drawing, first,
+                                  left < VERTICES_A_TASK ? left : VERTICES_A_TASK);
 }
 
 void vd_project_reference(const vd_drawing *drawing, uint32_t first, uint32_t count) {
@@ -272,8 +273,8 @@ vd_status vd_raster_prepare(vd_raster *raster, vd_job *job, const vd_raster_def 
         const int tasks = (int)((vertices + VERTICES_A_TASK - 1) / VERTICES_A_TASK);
         status = vd_parallel_for(raster->context, job, tasks, run_vertices, &run);
     }
-    if (status.code == VD_OK && raster->method->sort != NULL) {
-        status = raster->method->sort(raster, job);
+    if (status.code == VD_OK) {
+        status = vd_raster_sort(raster, job);
     }
     raster->prepared = status.code == VD_OK;
     return status;
@@ -281,52 +282,34 @@ vd_status vd_raster_prepare(vd_raster *raster, vd_job *job, const vd_raster_def 
 
 /* ---- drawing ----------------------------------------------------------------------------------*/
 
-/* Places the worker's window over tile (x, y) in tiles. */
-static void place_window(vd_raster *raster, vd_worker *worker, int x, int y) {
-    vd_visible *visible = &worker->visible;
-    const int tile = raster->tile;
-    visible->x = x * tile;
-    visible->y = y * tile;
-    const int right = raster->scene.width - visible->x, down = raster->scene.height - visible->y;
-    visible->width = right < tile ? right : tile;
-    visible->height = down < tile ? down : tile;
-}
-
-/* Depth and id of a tile. */
-static void see_tile(vd_raster *raster, vd_worker *worker, int x, int y) {
-    place_window(raster, worker, x, y);
-    raster->method->see(raster, worker, x, y);
-}
-
+/* One sample a pixel goes to the frame at once. */
 static void draw_tile(void *user, int index, int worker_index) {
     vd_raster *raster = user;
     vd_worker *worker = &raster->workers[worker_index];
-    see_tile(raster, worker, index % raster->tiles_x, index / raster->tiles_x);
+    const int x = index % raster->tiles_x, y = index / raster->tiles_x;
+    vd_raster_see(raster, worker, x, y);
+    vd_raster_forget(raster, x, y);
     const vd_visible *visible = &worker->visible;
+    if (raster->kernels->shade_frame != NULL && visible->samples == 1) {
+        worker->hits += raster->kernels->shade_frame(&raster->scene, visible, raster->frame,
+                                                     worker->batch, raster->stream);
+        return;
+    }
     vd_target *target = worker->target;
     target->x = visible->x;
     target->y = visible->y;
     target->width = visible->width;
     target->height = visible->height;
     vd_target_clear(target, raster->scene.background);
-    raster->shade(&raster->scene, visible, target, worker->batch);
+    worker->hits += raster->kernels->shade(&raster->scene, visible, target, worker->batch);
     vd_target_resolve(target, raster->frame);
-    for (int s = 0; s < visible->samples; s++) {
-        for (int y = 0; y < visible->height; y++) {
-            const uint32_t *id =
-                visible->id + (size_t)s * visible->plane + (size_t)y * visible->stride;
-            for (int x = 0; x < visible->width; x++) {
-                worker->hits += id[x] != 0;
-            }
-        }
-    }
 }
 
 vd_status vd_raster_render(vd_raster *raster, vd_job *job, const vd_raster_def *def,
                            const vd_camera *camera, const vd_draw *draws, int count,
                            vd_frame *frame, vd_raster_stats *stats) {
     for (int i = 0; i < raster->thread_count; i++) {
-        raster->workers[i].hits = raster->workers[i].clipped = raster->workers[i].drawn = 0;
+        raster->workers[i].hits = 0;
     }
     vd_status status = vd_raster_prepare(raster, job, def, camera, draws, count, frame);
     if (status.code != VD_OK) {
@@ -340,8 +323,8 @@ vd_status vd_raster_render(vd_raster *raster, vd_job *job, const vd_raster_def *
         stats->primitives = raster->primitives;
         for (int i = 0; i < raster->thread_count; i++) {
             stats->hits += raster->workers[i].hits;
-            stats->clipped += raster->workers[i].clipped;
-            stats->drawn += raster->workers[i].drawn;
+            stats->clipped += raster->workers[i].sorter.clipped;
+            stats->drawn += raster->workers[i].sorter.drawn;
         }
     }
     return status;
@@ -406,10 +389,10 @@ void vd_raster_draw(vd_raster *raster, vd_target *target, int worker_index) {
             if (x >= raster->tiles_x || y >= raster->tiles_y) {
                 continue;
             }
-            see_tile(raster, worker, x, y);
+            vd_raster_see(raster, worker, x, y);
             if (overlap(&worker->visible, target, &part, &to)) {
                 hide_behind(&part, &to);
-                vd_reference_shade(&raster->scene, &part, &to, worker->batch);
+                raster->kernels->shade(&raster->scene, &part, &to, worker->batch);
             }
         }
     }

@@ -163,6 +163,7 @@ typedef struct vd_visible {
     size_t stride, plane;
     float *depth;
     uint32_t *id;
+    float hidden[8]; /* by sample: all depths of the window are at least this */
 } vd_visible;
 
 /* What a picture is made of, once prepared. */
@@ -197,10 +198,7 @@ void vd_reference_visibility(const vd_scene *scene, vd_visible *visible);
 void vd_reference_shade(const vd_scene *scene, const vd_visible *visible, vd_target *target,
                         vd_batch *batch);
 
-/* ---- raster_kernels*.c -----------------------------------------------------------------------
- * The same, fast. */
-typedef void vd_kernel_project(const vd_drawing *drawing, uint32_t first, uint32_t count);
-typedef void vd_kernel_shade(const vd_scene *scene, const vd_visible *visible, vd_target *target,
-                             vd_batch *batch);
+/* The plain way from vertices to projected ones, 16 at a time. */
+void vd_project_reference(const vd_drawing *drawing, uint32_t first, uint32_t count);
 
 #endif

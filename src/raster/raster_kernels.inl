@@ -1,0 +1,15 @@
+/* raster_kernels.inl: the kernels' bodies over wide.h. A file per SIMD level defines TABLE and
+ * includes this; the table is the file's only external name. */
+#include <string.h>
+#include "core/wide_records.h"
+#include "raster/raster_kernels.h"
+
+#define ALL_LANES ((1u << VD_WIDE_LANES) - 1)
+
+#include "raster/raster_project.inl"
+#include "raster/raster_fill.inl"
+#include "raster/raster_sort.inl"
+#include "raster/raster_shade.inl"
+
+const vd_raster_kernels TABLE = {project, sort,        fill_small, fill_setup,
+                                 merge,   shade_frame, shade,      {NULL}};
