@@ -232,6 +232,21 @@ static inline vd_wide_f32 vd_wide_floor_f32(vd_wide_f32 v) {
 #endif
 }
 
+static inline vd_wide_f32 vd_wide_sqrt_f32(vd_wide_f32 v) {
+#if defined(__AVX512F__)
+    return (vd_wide_f32)_mm512_sqrt_ps((__m512)v);
+#elif defined(__AVX2__)
+    return (vd_wide_f32)_mm256_sqrt_ps((__m256)v);
+#elif defined(__SSE4_1__)
+    return (vd_wide_f32)_mm_sqrt_ps((__m128)v);
+#else
+    for (int i = 0; i < VD_WIDE_LANES; i++) {
+        v[i] = sqrtf(v[i]);
+    }
+    return v;
+#endif
+}
+
 /* Truncates. What does not fit gives some number, not the same one at every level. */
 static inline vd_wide_i32 vd_wide_to_i32(vd_wide_f32 v) {
 #if defined(__AVX512F__)

@@ -11,11 +11,12 @@
 #include <stddef.h>
 #include "core/wide.h"
 
-/* Lane i of out[k] is value k of record index[i · step]. */
-static inline void vd_wide_load_records(const void *base, const uint32_t *index, size_t step,
+/* Lane i of out[k] is value k of record index[at[i]]; where `at` is null, of index[3 · i]. */
+static inline void vd_wide_load_records(const void *base, const uint32_t *index, const uint32_t *at,
                                         vd_wide_i32 out[4]) {
     const char *b = base;
-#define RECORD(i) (const void *)(b + 16 * (size_t)index[(size_t)(i)*step])
+#define RECORD(i)                                                                                  \
+    (const void *)(b + 16 * (size_t)index[at != NULL ? (size_t)at[i] : 3 * (size_t)(i)])
 #if defined(__AVX512F__)
     __m512i r[4];
     for (int j = 0; j < 4; j++) {

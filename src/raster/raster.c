@@ -282,14 +282,22 @@ vd_status vd_raster_prepare(vd_raster *raster, vd_job *job, const vd_raster_def 
 
 /* ---- drawing ----------------------------------------------------------------------------------*/
 
+/* Frames of more pixels do not fit the caches with all their planes. */
+#define STREAM_PIXELS ((size_t)1 << 21)
+
 /* One sample a pixel goes to the frame at once. */
 static void draw_tile(void *user, int index, int worker_index) {
     vd_raster *raster = user;
     vd_worker *worker = &raster->workers[worker_index];
     const int x = index % raster->tiles_x, y = index / raster->tiles_x;
+    const vd_visible *visible = &worker->visible;
+    if (visible->samples == 1 && vd_raster_is_empty(raster, x, y)) {
+        vd_raster_place(raster, worker, x, y);
+        raster->kernels->fill_frame(&raster->scene, visible, raster->frame, raster->stream);
+        return;
+    }
     vd_raster_see(raster, worker, x, y);
     vd_raster_forget(raster, x, y);
-    const vd_visible *visible = &worker->visible;
     if (raster->kernels->shade_frame != NULL && visible->samples == 1) {
         worker->hits += raster->kernels->shade_frame(&raster->scene, visible, raster->frame,
                                                      worker->batch, raster->stream);
@@ -316,6 +324,7 @@ vd_status vd_raster_render(vd_raster *raster, vd_job *job, const vd_raster_def *
         return status;
     }
     raster->frame = frame;
+    raster->stream = (size_t)frame->width * (size_t)frame->height > STREAM_PIXELS;
     status =
         vd_parallel_for(raster->context, job, raster->tiles_x * raster->tiles_y, draw_tile, raster);
     if (stats != NULL) {

@@ -1,9 +1,10 @@
 /* raster_fill.inl: triangles into a window of the visibility buffer. Part of raster_kernels.inl.
  *
- * Small triangles are set up a vector of them at a time. Those of at most 2 × 2 samples are also
- * tested that way, four samples of each, and only what is covered goes one by one. Of larger ones
- * each row is a vector of samples. Depth and id stand in separate planes: packed into 64 bits the
- * same fill took 128 instead of 70 ms at 8192².
+ * Small triangles are set up a vector of them at a time. Those of at most 4 × 4 samples are also
+ * filled that way: the same sample of all of them at a time, what is covered is packed and goes one
+ * by one. Of larger ones each row is a vector of samples; for the narrow ones that was slower,
+ * since a vector load right behind narrower stores to the same place waits for them. Depth and id
+ * stand in separate planes: packed into 64 bits the same fill took 128 instead of 70 ms at 8192².
  *
  * Triangles that do not fit 32 bits have the values of a 64-pixel wide strip's rows in 64 bits,
  * clamped to where they change sign within the strip.
@@ -15,11 +16,13 @@ typedef struct corners {
     vd_wide_f32 z[3];
 } corners;
 
-/* Loads the corners of triangles whose indices are index[3·step·lane …]. */
-static inline void load_corners(const vd_drawing *drawing, const uint32_t *index, corners *out) {
+/* Loads the corners of VD_WIDE_LANES triangles: lane i's indices stand at index + at[i], or at
+ * index + 3·i where `at` is null. */
+static inline void load_corners(const vd_drawing *drawing, const uint32_t *index,
+                                const uint32_t *at, corners *out) {
     for (int i = 0; i < 3; i++) {
         vd_wide_i32 record[4];
-        vd_wide_load_records(drawing->vertices, index + i, 3, record);
+        vd_wide_load_records(drawing->vertices, index + i, at, record);
         out->x[i] = record[0];
         out->y[i] = record[1];
         out->z[i] = (vd_wide_f32)record[2];
@@ -53,6 +56,10 @@ static inline vd_wide_mask keep_areas(const vd_drawing *drawing, vd_wide_i32 are
     return keep;
 }
 
+/* Boxes of up to NARROW samples a side are filled across lanes. */
+#define NARROW 4
+#define MOST_FRAGMENTS (NARROW * NARROW * VD_WIDE_LANES + VD_WIDE_LANES)
+
 /* Small triangles, set up: the inside is where all three edges are >= 0. Positions count from the
  * first sample of the window. */
 typedef struct setups {
@@ -72,10 +79,28 @@ static inline vd_wide_f32 plane_depth(vd_wide_f32 z0, vd_wide_f32 across, vd_wid
     return vd_wide_min_f32(vd_wide_max_f32(z, z_min), z_max);
 }
 
-static inline void fill_pixel(float *depth, uint32_t *id, size_t at, float z, uint32_t name) {
-    if (z > depth[at] || (z == depth[at] && name < id[at])) {
-        depth[at] = z;
-        id[at] = name;
+/* Samples on their way into a window, one by one. */
+typedef struct pending {
+    int32_t at[MOST_FRAGMENTS];
+    float depth[MOST_FRAGMENTS];
+    uint32_t id[MOST_FRAGMENTS];
+} pending;
+
+/* Without a branch: whether a sample is nearer is as good as random. Depths are not negative, so
+ * that they compare as integers; the lower id is the greater complement. */
+static void fill_fragments(float *depth, uint32_t *id, const pending *f, int count) {
+    for (int i = 0; i < count; i++) {
+        float *to_depth = depth + f->at[i];
+        uint32_t *to_id = id + f->at[i];
+        uint32_t now, old;
+        memcpy(&now, &f->depth[i], sizeof now);
+        memcpy(&old, to_depth, sizeof old);
+        const uint64_t key = (uint64_t)now << 32 | ~f->id[i];
+        const uint64_t old_key = (uint64_t)old << 32 | ~*to_id;
+        const uint64_t best = key > old_key ? key : old_key;
+        const uint32_t bits = (uint32_t)(best >> 32);
+        memcpy(to_depth, &bits, sizeof bits);
+        *to_id = ~(uint32_t)best;
     }
 }
 
@@ -133,45 +158,54 @@ static void fill_rows(vd_visible *visible, size_t plane, const setups *s, int la
 
 /* ---- small: setting up ------------------------------------------------------------------------*/
 
-/* Samples 0 … 3 of boxes of at most 2 × 2: (x0, y0), (x1, y0), (x0, y1), (x1, y1). */
-static void fill_tiny(vd_visible *visible, size_t plane, uint32_t bits, const vd_wide_i32 box[4],
-                      const vd_wide_i32 edge[3], const vd_wide_i32 step_x[3],
-                      const vd_wide_i32 step_y[3], const vd_wide_i32 from[2],
-                      const vd_wide_f32 z[5], vd_wide_i32 name) {
-    float depth[VD_WIDE_LANES];
-    uint32_t id[VD_WIDE_LANES];
-    int32_t at[VD_WIDE_LANES];
-    vd_wide_store_i32(at, box[1] * (int32_t)visible->stride + box[0]);
-    vd_wide_store_u32(id, (vd_wide_u32)name);
-    const uint32_t wide = vd_wide_bits(vd_wide_less_i32(box[0], box[2]));
-    const uint32_t high = vd_wide_bits(vd_wide_less_i32(box[1], box[3]));
-    const uint32_t exists[4] = {bits, bits & wide, bits & high, bits & wide & high};
-    for (int i = 0; i < 4; i++) {
-        if (exists[i] == 0) {
-            continue;
-        }
-        vd_wide_i32 e[3];
-        for (int k = 0; k < 3; k++) {
-            e[k] = edge[k];
-            e[k] = (i & 1) != 0 ? e[k] + step_x[k] : e[k];
-            e[k] = (i & 2) != 0 ? e[k] + step_y[k] : e[k];
-        }
-        uint32_t inside =
-            vd_wide_bits(vd_wide_less_i32(vd_wide_splat_i32(-1), e[0] | e[1] | e[2])) & exists[i];
-        if (inside == 0) {
-            continue;
-        }
-        const vd_wide_i32 dx = (i & 1) != 0 ? from[0] + VD_SUBPIXELS : from[0];
-        const vd_wide_i32 dy = (i & 2) != 0 ? from[1] + VD_SUBPIXELS : from[1];
-        vd_wide_store_f32(depth, plane_depth(z[0], vd_wide_to_f32(dx) * z[1],
-                                             vd_wide_to_f32(dy) * z[2], z[3], z[4]));
-        const size_t offset = plane + (size_t)(i & 1) + ((i & 2) != 0 ? visible->stride : 0);
-        for (; inside != 0; inside &= inside - 1) {
-            const int lane = __builtin_ctz(inside);
-            fill_pixel(visible->depth, visible->id, offset + (size_t)at[lane], depth[lane],
-                       id[lane]);
+/* The most that any lane of `mask` has of v, 1 … NARROW. */
+static inline int most(vd_wide_mask mask, vd_wide_i32 v) {
+    int n = 1;
+    for (; n < NARROW; n++) {
+        if (vd_wide_bits(vd_wide_and(mask, vd_wide_less_i32(vd_wide_splat_i32(n), v))) == 0) {
+            break;
         }
     }
+    return n;
+}
+
+/* All samples of narrow boxes: at each place the same sample of all triangles. */
+static void fill_narrow(vd_visible *visible, size_t plane, vd_wide_mask mask,
+                        const vd_wide_i32 box[4], const vd_wide_i32 edge[3],
+                        const vd_wide_i32 step_x[3], const vd_wide_i32 step_y[3],
+                        const vd_wide_i32 from[2], const vd_wide_f32 z[5], vd_wide_i32 name) {
+    pending f;
+    int count = 0;
+    const vd_wide_i32 wide = box[2] - box[0] + 1, high = box[3] - box[1] + 1;
+    const int columns = most(mask, wide), rows = most(mask, high);
+    const int32_t stride = (int32_t)visible->stride;
+    vd_wide_i32 at = box[1] * stride + box[0], e[3] = {edge[0], edge[1], edge[2]};
+    for (int row = 0; row < rows; row++) {
+        const vd_wide_f32 down = vd_wide_to_f32(from[1] + row * VD_SUBPIXELS) * z[2];
+        const vd_wide_mask in_row =
+            vd_wide_and(mask, vd_wide_less_i32(vd_wide_splat_i32(row), high));
+        vd_wide_i32 e0 = e[0], e1 = e[1], e2 = e[2];
+        for (int column = 0; column < columns; column++) {
+            const vd_wide_mask here =
+                vd_wide_and(in_row, vd_wide_less_i32(vd_wide_splat_i32(column), wide));
+            const vd_wide_mask inside =
+                vd_wide_and(here, vd_wide_less_i32(vd_wide_splat_i32(-1), e0 | e1 | e2));
+            const vd_wide_f32 across = vd_wide_to_f32(from[0] + column * VD_SUBPIXELS) * z[1];
+            const vd_wide_f32 depth = plane_depth(z[0], across, down, z[3], z[4]);
+            vd_wide_compress_i32(f.at + count, inside, at + column);
+            vd_wide_compress_i32((int32_t *)(void *)(f.depth + count), inside, (vd_wide_i32)depth);
+            vd_wide_compress_i32((int32_t *)(void *)(f.id + count), inside, name);
+            count += __builtin_popcount(vd_wide_bits(inside));
+            e0 += step_x[0];
+            e1 += step_x[1];
+            e2 += step_x[2];
+        }
+        at += stride;
+        for (int k = 0; k < 3; k++) {
+            e[k] += step_y[k];
+        }
+    }
+    fill_fragments(visible->depth + plane, visible->id + plane, &f, count);
 }
 
 static inline void swap_where(vd_wide_mask mask, vd_wide_i32 *a, vd_wide_i32 *b) {
@@ -183,7 +217,7 @@ static inline void swap_where(vd_wide_mask mask, vd_wide_i32 *a, vd_wide_i32 *b)
 /* Sets up and fills the triangles of `lanes` into one sample's plane. `c` counts from the window's
  * first sample. */
 static void fill_batch(vd_visible *visible, int sample, const vd_drawing *drawing, corners c,
-                       uint32_t lanes, vd_wide_i32 name) {
+                       vd_wide_mask lanes, vd_wide_i32 name) {
     const size_t plane = (size_t)sample * visible->plane;
     const vd_wide_i32 zero = vd_wide_splat_i32(0);
     vd_wide_i32 box[4]; /* x0, y0, x1, y1: pixels with a sample in the box */
@@ -194,11 +228,12 @@ static void fill_batch(vd_visible *visible, int sample, const vd_drawing *drawin
     vd_wide_i32 area = area_of(&c);
     const vd_wide_mask none =
         vd_wide_or(vd_wide_less_i32(box[2], box[0]), vd_wide_less_i32(box[3], box[1]));
-    lanes &= vd_wide_bits(keep_areas(drawing, area)) & ~vd_wide_bits(none);
+    lanes = vd_wide_and(lanes, vd_wide_and(keep_areas(drawing, area), vd_wide_not(none)));
     const vd_wide_f32 z_max = vd_wide_max_f32(vd_wide_max_f32(c.z[0], c.z[1]), c.z[2]);
     const vd_wide_f32 z_min = vd_wide_min_f32(vd_wide_min_f32(c.z[0], c.z[1]), c.z[2]);
-    lanes &= ~vd_wide_bits(vd_wide_less_f32(z_max, vd_wide_splat_f32(visible->hidden[sample])));
-    if (lanes == 0) {
+    lanes = vd_wide_and(
+        lanes, vd_wide_not(vd_wide_less_f32(z_max, vd_wide_splat_f32(visible->hidden[sample]))));
+    if (vd_wide_bits(lanes) == 0) {
         return;
     }
     const vd_wide_mask turned = vd_wide_less_i32(area, zero);
@@ -227,13 +262,14 @@ static void fill_batch(vd_visible *visible, int sample, const vd_drawing *drawin
     const vd_wide_f32 z[5] = {c.z[0], (z1 * y2 - z2 * y1) / f, (z2 * x1 - z1 * x2) / f, z_min,
                               z_max};
     const vd_wide_i32 from[2] = {at_x - c.x[0], at_y - c.y[0]};
-    const vd_wide_i32 two = vd_wide_splat_i32(2);
-    const uint32_t tiny = lanes & vd_wide_bits(vd_wide_and(vd_wide_less_i32(box[2] - box[0], two),
-                                                           vd_wide_less_i32(box[3] - box[1], two)));
-    if (tiny != 0) {
-        fill_tiny(visible, plane, tiny, box, edge, step_x, step_y, from, z, name);
+    const vd_wide_i32 limit = vd_wide_splat_i32(NARROW);
+    const vd_wide_mask narrow =
+        vd_wide_and(lanes, vd_wide_and(vd_wide_less_i32(box[2] - box[0], limit),
+                                       vd_wide_less_i32(box[3] - box[1], limit)));
+    if (vd_wide_bits(narrow) != 0) {
+        fill_narrow(visible, plane, narrow, box, edge, step_x, step_y, from, z, name);
     }
-    uint32_t rest = lanes & ~tiny;
+    uint32_t rest = vd_wide_bits(lanes) & ~vd_wide_bits(narrow);
     if (rest == 0) {
         return;
     }
@@ -265,16 +301,16 @@ static void fill_small(vd_visible *visible, const vd_drawing *drawing, const uin
     const uint32_t *indices = vd_mesh_indices(drawing->mesh);
     for (int first = 0; first < count; first += VD_WIDE_LANES) {
         const int left = count - first;
-        const uint32_t lanes = left < VD_WIDE_LANES ? (1u << left) - 1 : ALL_LANES;
-        uint32_t index[3 * VD_WIDE_LANES];
+        const vd_wide_mask lanes = vd_wide_less_i32(vd_wide_count_i32(), vd_wide_splat_i32(left));
+        uint32_t at[VD_WIDE_LANES];
         int32_t names[VD_WIDE_LANES];
         for (int i = 0; i < VD_WIDE_LANES; i++) {
             const uint32_t p = primitives[first + (i < left ? i : 0)];
-            memcpy(index + 3 * i, indices + 3 * (size_t)p, 3 * sizeof *index);
             names[i] = (int32_t)(drawing->first_id + p);
+            at[i] = 3 * p;
         }
         corners c;
-        load_corners(drawing, index, &c);
+        load_corners(drawing, indices, at, &c);
         const vd_wide_i32 name = vd_wide_load_i32(names);
         for (int s = 0; s < visible->samples; s++) {
             int32_t shift_x, shift_y;
@@ -323,6 +359,19 @@ static bool strip_edges(const vd_setup *s, int32_t x, int32_t y, int width, int 
     return true;
 }
 
+/* The samples first … last of `count` from position `at` that lie in a triangle's box; last < first
+ * when none. */
+static void sample_range(const int32_t v[3], int32_t at, int count, int *first, int *last) {
+    int32_t min = v[0], max = v[0];
+    for (int i = 1; i < 3; i++) {
+        min = v[i] < min ? v[i] : min;
+        max = v[i] > max ? v[i] : max;
+    }
+    const int low = (min - at + VD_SUBPIXELS - 1) >> 8, high = (max - at - 1) >> 8;
+    *first = low > 0 ? low : 0;
+    *last = high < count - 1 ? high : count - 1;
+}
+
 /* Fills samples [from, from + STRIP) of all rows of one sample's plane. */
 static void fill_strip(vd_visible *visible, int sample, const vd_setup *s, int from) {
     int32_t shift_x, shift_y;
@@ -349,7 +398,10 @@ static void fill_strip(vd_visible *visible, int sample, const vd_setup *s, int f
         }
     }
     vd_wide_f32 farthest = vd_wide_splat_f32(2.0f);
-    for (int row = 0; row < visible->height; row++) {
+    int first_row, last_row, first, last;
+    sample_range(s->y, y, visible->height, &first_row, &last_row);
+    sample_range(s->x, x, width, &first, &last);
+    for (int row = first_row; row <= last_row; row++) {
         int32_t start[3];
         for (int i = 0; i < 3; i++) {
             int64_t value = edges[i].row + row * edges[i].dx;
@@ -360,7 +412,7 @@ static void fill_strip(vd_visible *visible, int sample, const vd_setup *s, int f
             (size_t)sample * visible->plane + (size_t)row * visible->stride + (size_t)from;
         const float dy = (float)(y + row * VD_SUBPIXELS - s->y[0]);
         const vd_wide_f32 down = vd_wide_splat_f32(dy * s->dz_dy);
-        for (int k = 0; k * VD_WIDE_LANES < width; k++) {
+        for (int k = first / VD_WIDE_LANES; k * VD_WIDE_LANES <= last; k++) {
             vd_wide_mask inside =
                 vd_wide_less_i32(ramp, vd_wide_splat_i32(width - k * VD_WIDE_LANES));
             if (!all) {

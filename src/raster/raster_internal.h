@@ -154,6 +154,10 @@ void vd_batch_run(const vd_drawing *drawing, const vd_material *material, uint32
 /* The material of a primitive. */
 const vd_material *vd_drawing_material(const vd_drawing *drawing, uint32_t primitive);
 
+/* The material's albedo under its texture, linear, of 16 fragments, and alpha into their color[3].
+ * `uv` is the first of the texture coordinates among the varyings. */
+void vd_surface_albedo(const vd_fragments *fragments, int uv, float (*albedo)[VD_BATCH]);
+
 /* ---- the visibility buffer ------------------------------------------------------------------- */
 
 /* Depth and id of the samples of a window of the picture, one plane a sample, as in vd_target. */

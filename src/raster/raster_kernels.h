@@ -35,6 +35,10 @@ typedef struct vd_raster_kernels {
     uint64_t (*shade_frame)(const vd_scene *scene, const vd_visible *visible, vd_frame *frame,
                             vd_batch *batch, bool stream);
 
+    /* The same for a window that shows nothing. */
+    void (*fill_frame)(const vd_scene *scene, const vd_visible *visible, vd_frame *frame,
+                       bool stream);
+
     /* Colours a window's samples that show something into a target; returns the samples hit. */
     uint64_t (*shade)(const vd_scene *scene, const vd_visible *visible, vd_target *target,
                       vd_batch *batch);

@@ -2,6 +2,7 @@
  * includes this; the table is the file's only external name. */
 #include <string.h>
 #include "core/wide_records.h"
+#include "image/image.h"
 #include "raster/raster_kernels.h"
 
 #define ALL_LANES ((1u << VD_WIDE_LANES) - 1)
@@ -10,6 +11,17 @@
 #include "raster/raster_fill.inl"
 #include "raster/raster_sort.inl"
 #include "raster/raster_shade.inl"
+#include "raster/raster_fragments.inl"
+#include "raster/raster_frame.inl"
 
-const vd_raster_kernels TABLE = {project, sort,        fill_small, fill_setup,
-                                 merge,   shade_frame, shade,      {NULL}};
+const vd_raster_kernels TABLE = {project,
+                                 sort,
+                                 fill_small,
+                                 fill_setup,
+                                 merge,
+                                 shade_frame,
+                                 fill_frame,
+                                 shade,
+                                 {[VD_SHADING_PHONG] = fragments_phong,
+                                  [VD_SHADING_FLAT] = fragments_flat,
+                                  [VD_SHADING_DEPTH] = fragments_depth}};

@@ -66,20 +66,20 @@ void vd_arena_finish(vd_arena *arena) {
 
 /* ---- lists ------------------------------------------------------------------------------------*/
 
-vd_block *vd_sorter_block(vd_sorter *sorter, const vd_drawing *drawing, int tile) {
+vd_block *vd_sorter_block(vd_sorter *sorter, const vd_drawing *drawing, int list) {
     vd_block *block = vd_arena_take(&sorter->arena, sizeof *block);
-    block->next = sorter->blocks[tile];
+    block->next = sorter->blocks[list];
     block->drawing = drawing;
     block->count = 0;
-    sorter->blocks[tile] = block;
+    sorter->blocks[list] = block;
     return block;
 }
 
 void vd_sorter_add_small(vd_sorter *sorter, const vd_drawing *drawing, uint32_t primitive,
-                         int tile) {
-    vd_block *block = sorter->blocks[tile];
+                         int list) {
+    vd_block *block = sorter->blocks[list];
     if (block->count == VD_BLOCK_ENTRIES || block->drawing != drawing) {
-        block = vd_sorter_block(sorter, drawing, tile);
+        block = vd_sorter_block(sorter, drawing, list);
     }
     block->primitives[block->count++] = primitive;
 }

@@ -11,7 +11,11 @@
 
 #define VD_BLOCK_ENTRIES 64
 
-/* Small triangles of one drawing, by number. */
+/* Small triangles by the sides of their boxes: up to 2, up to 4, more pixels. Filling likes its
+ * vectors alike. */
+#define VD_CLASSES 3
+
+/* Small triangles of one drawing and class, by number. */
 typedef struct vd_block {
     struct vd_block *next;
     const vd_drawing *drawing;
@@ -45,7 +49,7 @@ void vd_arena_finish(vd_arena *arena);
 /* Where one worker sorts triangles to. */
 typedef struct vd_sorter {
     vd_arena arena;
-    vd_block **blocks; /* [tiles], never null: a full block where there is nothing */
+    vd_block **blocks; /* [tiles][VD_CLASSES], never null: a full block where there is nothing */
     vd_link **links;   /* [tiles] */
     int tile_shift;    /* log2 of a tile's pixels */
     int tiles_x, tiles_y;
@@ -57,7 +61,7 @@ typedef struct vd_sorter {
     uint64_t clipped, drawn;
 } vd_sorter;
 
-/* Adds a triangle to the tiles that it may touch. */
+/* Adds a triangle to a list of `blocks`, or to all tiles that it may touch. */
 void vd_sorter_add_small(vd_sorter *sorter, const vd_drawing *drawing, uint32_t primitive,
                          int tile);
 void vd_sorter_add_setup(vd_sorter *sorter, const vd_setup *setup);
@@ -65,7 +69,7 @@ void vd_sorter_add_setup(vd_sorter *sorter, const vd_setup *setup);
 /* Any primitive, the plain way. */
 void vd_sorter_add_primitive(vd_sorter *sorter, const vd_drawing *drawing, uint32_t primitive);
 
-/* Fresh blocks for a tile. */
-vd_block *vd_sorter_block(vd_sorter *sorter, const vd_drawing *drawing, int tile);
+/* A fresh block for a list. */
+vd_block *vd_sorter_block(vd_sorter *sorter, const vd_drawing *drawing, int list);
 
 #endif

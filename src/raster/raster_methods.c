@@ -96,7 +96,7 @@ static void reset_sorter(vd_raster *raster, vd_worker *worker) {
     full->next = NULL;
     full->drawing = NULL;
     full->count = VD_BLOCK_ENTRIES;
-    for (size_t i = 0; i < tiles; i++) {
+    for (size_t i = 0; i < tiles * VD_CLASSES; i++) {
         sorter->blocks[i] = full;
     }
     memset(sorter->links, 0, tiles * sizeof *sorter->links);
@@ -134,7 +134,7 @@ vd_status vd_raster_sort(vd_raster *raster, vd_job *job) {
 
 /* ---- tiles ------------------------------------------------------------------------------------*/
 
-static void place_window(vd_raster *raster, vd_worker *worker, int x, int y) {
+void vd_raster_place(vd_raster *raster, vd_worker *worker, int x, int y) {
     vd_visible *visible = &worker->visible;
     const int tile = raster->tile;
     visible->x = x * tile;
@@ -142,14 +142,34 @@ static void place_window(vd_raster *raster, vd_worker *worker, int x, int y) {
     const int right = raster->scene.width - visible->x, down = raster->scene.height - visible->y;
     visible->width = right < tile ? right : tile;
     visible->height = down < tile ? down : tile;
+}
+
+static void clear_window(vd_visible *visible) {
     const size_t count = visible->plane * (size_t)visible->samples;
     memset(visible->depth, 0, count * sizeof *visible->depth);
     memset(visible->id, 0, count * sizeof *visible->id);
     memset(visible->hidden, 0, sizeof visible->hidden);
 }
 
+bool vd_raster_is_empty(const vd_raster *raster, int x, int y) {
+    const int tile = y * raster->tiles_x + x;
+    for (int i = 0; i < raster->thread_count; i++) {
+        const vd_sorter *sorter = &raster->workers[i].sorter;
+        bool any = raster->method->sort == NULL || sorter->links[tile] != NULL ||
+                   (raster->method->windows && sorter->touched[tile] != 0);
+        for (int class = 0; class < VD_CLASSES && !any; class ++) {
+            any = sorter->blocks[tile * VD_CLASSES + class]->drawing != NULL;
+        }
+        if (any) {
+            return false;
+        }
+    }
+    return true;
+}
+
 void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
-    place_window(raster, worker, x, y);
+    vd_raster_place(raster, worker, x, y);
+    clear_window(&worker->visible);
     if (raster->method->see != NULL) {
         raster->method->see(raster, worker);
     }
@@ -168,9 +188,11 @@ void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
         }
     }
     for (int i = 0; i < raster->thread_count; i++) {
-        const vd_block *b = raster->workers[i].sorter.blocks[tile];
-        for (; b->drawing != NULL; b = b->next) {
-            kernels->fill_small(visible, b->drawing, b->primitives, b->count);
+        vd_block *const *lists = raster->workers[i].sorter.blocks + (size_t)tile * VD_CLASSES;
+        for (int class = 0; class < VD_CLASSES; class ++) {
+            for (const vd_block *b = lists[class]; b->drawing != NULL; b = b->next) {
+                kernels->fill_small(visible, b->drawing, b->primitives, b->count);
+            }
         }
     }
     for (int i = 0; raster->method->windows && i < raster->thread_count; i++) {
@@ -244,8 +266,8 @@ static vd_status prepare_sorter(vd_raster *raster, vd_worker *worker, const vd_r
     vd_context *context = raster->context;
     vd_sorter *sorter = &worker->sorter;
     const size_t tiles = (size_t)raster->tiles_x * (size_t)raster->tiles_y;
-    vd_status status = vd_buffer_reserve(context, &worker->blocks, "the tiles' lists", tiles,
-                                         sizeof *sorter->blocks);
+    vd_status status = vd_buffer_reserve(context, &worker->blocks, "the tiles' lists",
+                                         tiles * VD_CLASSES, sizeof *sorter->blocks);
     if (status.code == VD_OK) {
         status = vd_buffer_reserve(context, &worker->links, "the tiles' lists", tiles,
                                    sizeof *sorter->links);

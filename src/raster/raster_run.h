@@ -65,6 +65,12 @@ struct vd_raster {
 /* Sorts all primitives of the scene. */
 VD_MUST_USE vd_status vd_raster_sort(vd_raster *raster, vd_job *job);
 
+/* Places the worker's window over tile (x, y), in tiles. */
+void vd_raster_place(vd_raster *raster, vd_worker *worker, int x, int y);
+
+/* Whether no triangle was sorted to a tile. */
+bool vd_raster_is_empty(const vd_raster *raster, int x, int y);
+
 /* Fills the worker's tile at (x, y), in tiles: depth and id. */
 void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y);
 

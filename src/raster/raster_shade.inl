@@ -37,12 +37,27 @@ static inline wide_shares shares_at(const faces *f, float right, float down, boo
     return (wide_shares){b1 * f->rw1 * w, b2 * f->rw2 * w};
 }
 
+/* Values of one corner of the lanes' triangles; all alike where they are the same triangle. */
+static inline void load_corner(const void *base, const uint32_t *index, const uint32_t *at,
+                               bool same, vd_wide_i32 out[4]) {
+    if (!same) {
+        vd_wide_load_records(base, index, at, out);
+        return;
+    }
+    int32_t record[4];
+    memcpy(record, (const char *)base + 16 * (size_t)index[at[0]], sizeof record);
+    for (int k = 0; k < 4; k++) {
+        out[k] = vd_wide_splat_i32(record[k]);
+    }
+}
+
 /* Loads the corners of one vector of lanes; returns the lanes that have a flagged one. */
-static uint32_t load_faces(const vd_drawing *drawing, const uint32_t *index, vd_wide_i32 x,
+static uint32_t load_faces(const vd_drawing *drawing, const uint32_t *at, bool same, vd_wide_i32 x,
                            vd_wide_i32 y, faces *f) {
+    const uint32_t *index = vd_mesh_indices(drawing->mesh);
     vd_wide_i32 v[3][4];
     for (int i = 0; i < 3; i++) {
-        vd_wide_load_records(drawing->vertices, index + i, 3, v[i]);
+        load_corner(drawing->vertices, index + i, at, same, v[i]);
     }
     const vd_wide_i32 least = vd_wide_min_i32(vd_wide_min_i32(v[0][0], v[1][0]), v[2][0]);
     f->x1 = vd_wide_to_f32(v[1][0] - v[0][0]);
@@ -59,8 +74,9 @@ static uint32_t load_faces(const vd_drawing *drawing, const uint32_t *index, vd_
 }
 
 /* Interpolates all varyings of one vector of lanes, `part` of the batch. */
-static void fill_part(const vd_drawing *drawing, const uint32_t *index, const faces *f, int part,
-                      vd_batch *batch) {
+static void fill_part(const vd_drawing *drawing, const uint32_t *at, bool same, const faces *f,
+                      int part, vd_batch *batch) {
+    const uint32_t *index = vd_mesh_indices(drawing->mesh);
     const bool change = (drawing->shader->inputs & VD_INPUT_DERIVATIVES) != 0;
     const wide_shares s = shares_at(f, 0.0f, 0.0f, true);
     wide_shares right = {s.c1, s.c2}, down = right;
@@ -71,31 +87,31 @@ static void fill_part(const vd_drawing *drawing, const uint32_t *index, const fa
         right = (wide_shares){right.c1 - here.c1, right.c2 - here.c2};
         down = (wide_shares){down.c1 - here.c1, down.c2 - here.c2};
     }
-    const int at = part * VD_WIDE_LANES;
+    const int to = part * VD_WIDE_LANES;
     vd_wide_i32 a[3][4];
     int loaded = -1;
     for (int k = 0; k < drawing->varying_count; k++) {
         const int c = drawing->component[k];
         if (c < 0) {
-            vd_wide_store_f32(batch->varyings[k] + at, vd_wide_splat_f32(0.0f));
-            vd_wide_store_f32(batch->varyings_dx[k] + at, vd_wide_splat_f32(0.0f));
-            vd_wide_store_f32(batch->varyings_dy[k] + at, vd_wide_splat_f32(0.0f));
+            vd_wide_store_f32(batch->varyings[k] + to, vd_wide_splat_f32(0.0f));
+            vd_wide_store_f32(batch->varyings_dx[k] + to, vd_wide_splat_f32(0.0f));
+            vd_wide_store_f32(batch->varyings_dy[k] + to, vd_wide_splat_f32(0.0f));
             continue;
         }
         if (c / 4 != loaded) {
             loaded = c / 4;
             const float *group = drawing->groups + (size_t)loaded * drawing->group_stride;
             for (int i = 0; i < 3; i++) {
-                vd_wide_load_records(group, index + i, 3, a[i]);
+                load_corner(group, index + i, at, same, a[i]);
             }
         }
         const vd_wide_f32 a0 = (vd_wide_f32)a[0][c % 4];
         const vd_wide_f32 a1 = (vd_wide_f32)a[1][c % 4] - a0;
         const vd_wide_f32 a2 = (vd_wide_f32)a[2][c % 4] - a0;
-        vd_wide_store_f32(batch->varyings[k] + at, a0 + (s.c1 * a1 + s.c2 * a2));
+        vd_wide_store_f32(batch->varyings[k] + to, a0 + (s.c1 * a1 + s.c2 * a2));
         if (change) {
-            vd_wide_store_f32(batch->varyings_dx[k] + at, right.c1 * a1 + right.c2 * a2);
-            vd_wide_store_f32(batch->varyings_dy[k] + at, down.c1 * a1 + down.c2 * a2);
+            vd_wide_store_f32(batch->varyings_dx[k] + to, right.c1 * a1 + right.c2 * a2);
+            vd_wide_store_f32(batch->varyings_dy[k] + to, down.c1 * a1 + down.c2 * a2);
         }
     }
 }
@@ -115,15 +131,15 @@ static void fill_lanes(const vd_drawing *drawing, int32_t x, int32_t y, vd_batch
         if (!plain || drawing->varying_count == 0) {
             continue;
         }
-        const uint32_t *indices = vd_mesh_indices(drawing->mesh);
-        uint32_t index[3 * VD_WIDE_LANES];
-        for (int i = 0; i < VD_WIDE_LANES; i++) {
-            memcpy(index + 3 * i, indices + 3 * (size_t)batch->primitive[at + i],
-                   3 * sizeof *index);
-        }
+        uint32_t index[VD_WIDE_LANES];
+        const vd_wide_i32 primitive =
+            vd_wide_load_i32((const int32_t *)(const void *)(batch->primitive + at));
+        vd_wide_store_i32((int32_t *)(void *)index, primitive * 3);
+        const vd_wide_i32 first = vd_wide_splat_i32((int32_t)batch->primitive[at]);
+        const bool same = vd_wide_bits(vd_wide_equal_i32(primitive, first)) == ALL_LANES;
         faces f;
-        by_hand |= load_faces(drawing, index, px, vd_wide_splat_i32(y), &f) << at;
-        fill_part(drawing, index, &f, part, batch);
+        by_hand |= load_faces(drawing, index, same, px, vd_wide_splat_i32(y), &f) << at;
+        fill_part(drawing, index, same, &f, part, batch);
     }
     for (; by_hand != 0; by_hand &= by_hand - 1) {
         const int lane = __builtin_ctz(by_hand);
@@ -198,6 +214,30 @@ static uint32_t same_surface(const vd_scene *scene, const uint32_t *id, uint32_t
     return same;
 }
 
+/* A vector of lanes of `mask`, `at` … of sixteen. */
+static inline vd_wide_mask lanes_of(uint32_t mask, int at) {
+    const vd_wide_i32 bit = vd_wide_splat_i32(1) << (vd_wide_count_i32() + at);
+    const vd_wide_i32 set = bit & vd_wide_splat_i32((int32_t)mask);
+    return vd_wide_not(vd_wide_equal_i32(set, vd_wide_splat_i32(0)));
+}
+
+/* Primitives and depths of the lanes of `mask` to the batch; other lanes get the first one's. */
+static void spread_lanes(const vd_drawing *drawing, const uint32_t *id, const float *depth,
+                         uint32_t mask, vd_batch *batch) {
+    const int first = __builtin_ctz(mask);
+    const vd_wide_i32 one_id = vd_wide_splat_i32((int32_t)id[first]);
+    const vd_wide_f32 one_depth = vd_wide_splat_f32(depth[first]);
+    for (int at = 0; at < VD_BATCH; at += VD_WIDE_LANES) {
+        const vd_wide_mask lanes = lanes_of(mask, at);
+        const vd_wide_i32 ids = vd_wide_blend_i32(
+            lanes, vd_wide_load_i32((const int32_t *)(const void *)(id + at)), one_id);
+        vd_wide_store_i32((int32_t *)(void *)(batch->primitive + at),
+                          ids - (int32_t)drawing->first_id);
+        vd_wide_store_f32(batch->depth + at,
+                          vd_wide_blend_f32(lanes, vd_wide_load_f32(depth + at), one_depth));
+    }
+}
+
 /* Shades the lanes of `mask`, at sample positions (x + lane pixels, y) in subpixels, into `out`.
  * What has no fragment function keeps what `out` has. Returns the lanes that were coloured. */
 static uint32_t shade_group(const vd_scene *scene, const uint32_t *id, const float *depth,
@@ -212,12 +252,7 @@ static uint32_t shade_group(const vd_scene *scene, const uint32_t *id, const flo
         if (drawing->fragment == NULL) {
             continue;
         }
-        const int first = __builtin_ctz(part);
-        for (int i = 0; i < VD_BATCH; i++) {
-            const int lane = (part >> i & 1) != 0 ? i : first;
-            batch->primitive[i] = id[lane] - drawing->first_id;
-            batch->depth[i] = depth[lane];
-        }
+        spread_lanes(drawing, id, depth, part, batch);
         fill_lanes(drawing, x, y, batch);
         run_batch(drawing, material, part, batch);
         colored |= part;
@@ -254,49 +289,6 @@ static inline vd_wide_u32 to_8_bits(vd_wide_u32 v) {
     return (v * 255u + 32895u) >> 16;
 }
 
-/* ---- one sample a pixel, into a frame ---------------------------------------------------------*/
-
-static inline void store(void *to, vd_wide_i32 v, bool stream) {
-    if (stream) {
-        vd_wide_stream_i32(to, v);
-    } else {
-        memcpy(to, &v, sizeof v);
-    }
-}
-
-/* Where sixteen pixels of a row go; null: nowhere. */
-typedef struct places {
-    uint8_t *rgba;
-    float *depth;
-    uint32_t *id;
-} places;
-
-static inline places places_of(const vd_frame *frame, int x, int y) {
-    const size_t at = (size_t)y * frame->stride + (size_t)x;
-    return (places){frame->rgba + 4 * at, frame->depth == NULL ? NULL : frame->depth + at,
-                    frame->id == NULL ? NULL : frame->id + at};
-}
-
-static uint32_t background_8(const vd_scene *scene) {
-    uint32_t out = 0;
-    for (int c = 0; c < 4; c++) {
-        out |= (uint32_t)vd_round_16_to_8(scene->background[c]) << (8 * c);
-    }
-    return out;
-}
-
-static void store_background(places to, uint32_t background, bool stream) {
-    for (int at = 0; at < VD_BATCH; at += VD_WIDE_LANES) {
-        store(to.rgba + 4 * at, vd_wide_splat_i32((int32_t)background), stream);
-        if (to.depth != NULL) {
-            store(to.depth + at, vd_wide_splat_i32(0), stream);
-        }
-        if (to.id != NULL) {
-            store(to.id + at, vd_wide_splat_i32(0), stream);
-        }
-    }
-}
-
 /* The frame ids of sixteen ids. */
 static void frame_ids(const vd_scene *scene, const uint32_t *id, uint32_t mask, uint32_t *out) {
     const uint32_t only = scene->drawing_count > 0 ? scene->drawings[0].frame_id : 0;
@@ -308,37 +300,6 @@ static void frame_ids(const vd_scene *scene, const uint32_t *id, uint32_t mask, 
     }
 }
 
-static void store_group(const vd_scene *scene, const uint32_t *id, const float *depth,
-                        uint32_t mask, uint32_t colored, const float (*color)[VD_BATCH],
-                        uint32_t background, places to, bool stream) {
-    uint32_t names[VD_BATCH] = {0};
-    if (to.id != NULL) {
-        frame_ids(scene, id, mask, names);
-    }
-    const vd_wide_i32 ramp = vd_wide_count_i32();
-    for (int at = 0; at < VD_BATCH; at += VD_WIDE_LANES) {
-        vd_wide_u32 c[4];
-        to_16_bits(color, at, c);
-        vd_wide_i32 rgba = (vd_wide_i32)(to_8_bits(c[0]) | to_8_bits(c[1]) << 8 |
-                                         to_8_bits(c[2]) << 16 | to_8_bits(c[3]) << 24);
-        const vd_wide_i32 bit = vd_wide_splat_i32(1) << (ramp + at);
-        const vd_wide_i32 none = vd_wide_splat_i32(0);
-        const vd_wide_mask off = vd_wide_equal_i32(bit & vd_wide_splat_i32((int32_t)colored), none);
-        rgba = vd_wide_blend_i32(off, vd_wide_splat_i32((int32_t)background), rgba);
-        store(to.rgba + 4 * at, rgba, stream);
-        if (to.depth != NULL) {
-            const vd_wide_mask empty =
-                vd_wide_equal_i32(bit & vd_wide_splat_i32((int32_t)mask), none);
-            store(to.depth + at,
-                  vd_wide_blend_i32(empty, none, (vd_wide_i32)vd_wide_load_f32(depth + at)),
-                  stream);
-        }
-        if (to.id != NULL) {
-            store(to.id + at, (vd_wide_i32)vd_wide_load_u32(names + at), stream);
-        }
-    }
-}
-
 /* The lanes whose id is not 0, of the first `count`. */
 static inline uint32_t hit_lanes(const uint32_t *id, int count) {
     uint32_t mask = 0;
@@ -347,32 +308,6 @@ static inline uint32_t hit_lanes(const uint32_t *id, int count) {
         mask |= (~vd_wide_bits(vd_wide_equal_i32(v, vd_wide_splat_i32(0))) & ALL_LANES) << at;
     }
     return count < VD_BATCH ? mask & ((1u << count) - 1) : mask;
-}
-
-static uint64_t shade_frame(const vd_scene *scene, const vd_visible *visible, vd_frame *frame,
-                            vd_batch *batch, bool stream) {
-    float color[4][VD_BATCH] __attribute__((aligned(64)));
-    const uint32_t background = background_8(scene);
-    uint64_t hits = 0;
-    for (int y = 0; y < visible->height; y++) {
-        for (int x = 0; x < visible->width; x += VD_BATCH) {
-            const size_t at = (size_t)y * visible->stride + (size_t)x;
-            const uint32_t *id = visible->id + at;
-            const places to = places_of(frame, visible->x + x, visible->y + y);
-            const uint32_t mask = hit_lanes(id, visible->width - x);
-            if (mask == 0) {
-                store_background(to, background, stream);
-                continue;
-            }
-            hits += (uint64_t)__builtin_popcount(mask);
-            const uint32_t colored =
-                shade_group(scene, id, visible->depth + at, mask, (visible->x + x) * VD_SUBPIXELS,
-                            (visible->y + y) * VD_SUBPIXELS, batch, color);
-            store_group(scene, id, visible->depth + at, mask, colored,
-                        (const float(*)[VD_BATCH])color, background, to, stream);
-        }
-    }
-    return hits;
 }
 
 /* ---- any number of samples, into a target -----------------------------------------------------*/

@@ -28,7 +28,7 @@ static float encode(float linear) {
 
 /* The material's albedo under its texture, linear, and alpha into color[3]. `uv` is the first of
  * the texture coordinates among the varyings. */
-static void surface(const vd_fragments *f, int uv, lanes albedo[3]) {
+void vd_surface_albedo(const vd_fragments *f, int uv, float (*albedo)[VD_BATCH]) {
     const vd_material *m = f->material;
     const float base[3] = {m->albedo.r, m->albedo.g, m->albedo.b};
     lanes texel[4];
@@ -107,7 +107,7 @@ static void light(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv
     const float ambient[3] = {phong->ambient.r, phong->ambient.g, phong->ambient.b};
     const int exponent = m->shininess > 1.0f ? (int)m->shininess : 1;
     lanes albedo[3], n[3], eye[3];
-    surface(f, uv, albedo);
+    vd_surface_albedo(f, uv, albedo);
     orient(f, normal, n, eye);
     EACH_LANE(i) {
         float sum[3];
@@ -194,7 +194,7 @@ static void shade_id(const vd_fragments *f) {
 
 static void shade_albedo(const vd_fragments *f) {
     lanes albedo[3];
-    surface(f, 0, albedo);
+    vd_surface_albedo(f, 0, albedo);
     EACH_LANE(i) {
         for (int c = 0; c < 3; c++) {
             f->color[c][i] = encode(albedo[c][i]);
