@@ -8,6 +8,7 @@
 #define VEDUTA_CAMERA_H
 
 #include <stdbool.h>
+#include <veduta/matrix.h>
 #include <veduta/status.h>
 #include <veduta/vector.h>
 
@@ -68,6 +69,12 @@ VD_API vd_ray vd_camera_ray(const vd_camera *camera, double x, double y);
  * when it lies in front of the eye (perspective: z > 0). */
 VD_API bool vd_camera_project(const vd_camera *camera, vd_vec3 point, double *x, double *y,
                               double *z);
+
+/* Returns the matrix from the world, relative to the eye, to homogeneous picture space: a point
+ * lands at the pixel position (x / w, y / w) with depth z / w; w is the distance along the view
+ * axis (perspective: infinitely far away is depth 0) or 1 (orthographic). The principal point may
+ * lie anywhere: an off-axis view is a lens. */
+VD_API vd_matrix vd_camera_matrix(const vd_camera *camera);
 
 /* Depth of a distance z along the view axis, and back (infinity for depth 0). */
 VD_API float vd_camera_depth(const vd_camera *camera, double z);

@@ -63,6 +63,10 @@ VD_API vd_quat vd_quat_multiply(vd_quat a, vd_quat b);
 
 VD_API vd_quat vd_quat_normalize(vd_quat q);
 
+/* Returns the rotation at `t` (0 … 1) of the way from a to b, the short way round, at constant
+ * speed (Shoemake 1985); unit quaternions. */
+VD_API vd_quat vd_quat_slerp(vd_quat a, vd_quat b, double t);
+
 /* Returns v rotated by q. */
 VD_API vd_vec3 vd_quat_rotate(vd_quat q, vd_vec3 v);
 

@@ -14,11 +14,16 @@
 #include <veduta/heightfield.h>
 #include <veduta/job.h>
 #include <veduta/light.h>
+#include <veduta/matrix.h>
+#include <veduta/mesh.h>
 #include <veduta/picture.h>
+#include <veduta/raster.h>
+#include <veduta/shader.h>
 #include <veduta/shadow.h>
 #include <veduta/status.h>
 #include <veduta/target.h>
 #include <veduta/terrain.h>
+#include <veduta/texture.h>
 #include <veduta/vector.h>
 
 #endif

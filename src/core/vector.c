@@ -49,6 +49,24 @@ vd_quat vd_quat_normalize(vd_quat q) {
     return (vd_quat){q.x / length, q.y / length, q.z / length, q.w / length};
 }
 
+vd_quat vd_quat_slerp(vd_quat a, vd_quat b, double t) {
+    double cosine = (a.x * b.x + a.y * b.y) + (a.z * b.z + a.w * b.w);
+    if (cosine < 0.0) { /* b and −b are one rotation; take the nearer */
+        b = (vd_quat){-b.x, -b.y, -b.z, -b.w};
+        cosine = -cosine;
+    }
+    double from = 1.0 - t, to = t;
+    const double sine2 = 1.0 - cosine * cosine;
+    if (sine2 > 1e-12) { /* below, the arc is straight to the last bit */
+        const double sine = sqrt(sine2), angle = vd_atan2(sine, cosine);
+        from = vd_sin(from * angle) / sine;
+        to = vd_sin(to * angle) / sine;
+    }
+    vd_quat q = {from * a.x + to * b.x, from * a.y + to * b.y, from * a.z + to * b.z,
+                 from * a.w + to * b.w};
+    return vd_quat_normalize(q);
+}
+
 vd_vec3 vd_quat_rotate(vd_quat q, vd_vec3 v) {
     vd_vec3 axis = {q.x, q.y, q.z};
     vd_vec3 t = vd_vec3_scale(vd_vec3_cross(axis, v), 2.0);

@@ -101,6 +101,14 @@ static inline vd_wide_mask vd_wide_equal_i32(vd_wide_i32 a, vd_wide_i32 b) {
     return _mm512_cmpeq_epi32_mask((__m512i)a, (__m512i)b);
 }
 
+static inline vd_wide_mask vd_wide_less_i32(vd_wide_i32 a, vd_wide_i32 b) {
+    return _mm512_cmplt_epi32_mask((__m512i)a, (__m512i)b);
+}
+
+static inline vd_wide_mask vd_wide_less_u32(vd_wide_u32 a, vd_wide_u32 b) {
+    return _mm512_cmplt_epu32_mask((__m512i)a, (__m512i)b);
+}
+
 static inline vd_wide_f32 vd_wide_blend_f32(vd_wide_mask mask, vd_wide_f32 yes, vd_wide_f32 no) {
     return (vd_wide_f32)_mm512_mask_blend_ps(mask, (__m512)no, (__m512)yes);
 }
@@ -130,6 +138,14 @@ static inline vd_wide_mask vd_wide_equal_f32(vd_wide_f32 a, vd_wide_f32 b) {
 
 static inline vd_wide_mask vd_wide_equal_i32(vd_wide_i32 a, vd_wide_i32 b) {
     return a == b;
+}
+
+static inline vd_wide_mask vd_wide_less_i32(vd_wide_i32 a, vd_wide_i32 b) {
+    return a < b;
+}
+
+static inline vd_wide_mask vd_wide_less_u32(vd_wide_u32 a, vd_wide_u32 b) {
+    return a < b;
 }
 
 static inline vd_wide_f32 vd_wide_blend_f32(vd_wide_mask mask, vd_wide_f32 yes, vd_wide_f32 no) {
@@ -164,6 +180,14 @@ static inline uint32_t vd_wide_bits(vd_wide_mask mask) {
 #endif
 }
 #endif
+
+static inline vd_wide_mask vd_wide_and(vd_wide_mask a, vd_wide_mask b) {
+    return (vd_wide_mask)(a & b);
+}
+
+static inline vd_wide_mask vd_wide_or(vd_wide_mask a, vd_wide_mask b) {
+    return (vd_wide_mask)(a | b);
+}
 
 /* ---- arithmetic ------------------------------------------------------------------------------ */
 
@@ -278,6 +302,43 @@ static inline vd_wide_i32 vd_wide_min_i32(vd_wide_i32 a, vd_wide_i32 b) {
 #else
     return (vd_wide_i32)vd_wide_select_u32(a < b, (vd_wide_u32)a, (vd_wide_u32)b);
 #endif
+}
+
+/* b < a ? a : b */
+static inline vd_wide_i32 vd_wide_max_i32(vd_wide_i32 a, vd_wide_i32 b) {
+#if defined(__AVX512F__)
+    return (vd_wide_i32)_mm512_max_epi32((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+    return (vd_wide_i32)_mm256_max_epi32((__m256i)a, (__m256i)b);
+#elif defined(__SSE4_1__)
+    return (vd_wide_i32)_mm_max_epi32((__m128i)a, (__m128i)b);
+#else
+    return (vd_wide_i32)vd_wide_select_u32(b < a, (vd_wide_u32)a, (vd_wide_u32)b);
+#endif
+}
+
+/* The nearest float, of two the even one. */
+static inline vd_wide_f32 vd_wide_to_f32(vd_wide_i32 v) {
+    return __builtin_convertvector(v, vd_wide_f32);
+}
+
+/* 0, 1, 2 … */
+static inline vd_wide_i32 vd_wide_count_i32(void) {
+    vd_wide_i32 v;
+    for (int i = 0; i < VD_WIDE_LANES; i++) {
+        v[i] = i;
+    }
+    return v;
+}
+
+static inline vd_wide_i32 vd_wide_load_i32(const int32_t *from) {
+    vd_wide_i32 v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+static inline void vd_wide_store_i32(int32_t *to, vd_wide_i32 v) {
+    memcpy(to, &v, sizeof v);
 }
 
 /* ---- memory ---------------------------------------------------------------------------------- */

@@ -5,6 +5,14 @@
 #include <stdbool.h>
 #include <veduta/picture.h>
 
+/* What vd_srgb_encode is made of, for kernels that do the same to many: up to VD_SRGB_TOE_END the
+ * value is linear × VD_SRGB_TOE_SLOPE, rounded; above it lies between the table's entries at
+ * sqrt(linear) × 256, in 256ths. The toe ends at 0.0031308; it is left at the table's last entry
+ * before, where both agree. */
+#define VD_SRGB_TOE_END (14.0f * 14.0f / 65536.0f)
+#define VD_SRGB_TOE_SLOPE (12.92f * 65535.0f)
+const uint16_t *vd_srgb_encode_table(void);
+
 /* Checks a picture's sides against 1, VD_MAX_SIDE and VD_MAX_PIXELS. `what` opens the sentence:
  * "a frame", "cannot read map.png: a picture". Returns VD_ERROR_ARGUMENT or VD_ERROR_LIMIT. */
 VD_MUST_USE vd_status vd_check_size(const char *what, int width, int height);

@@ -142,6 +142,23 @@ bool vd_camera_project(const vd_camera *camera, vd_vec3 point, double *x, double
     return true;
 }
 
+vd_matrix vd_camera_matrix(const vd_camera *camera) {
+    const vd_lens *lens = &camera->lens;
+    vd_matrix project = {{{lens->fx, 0.0, lens->cx, 0.0},
+                          {0.0, lens->fy, lens->cy, 0.0},
+                          {0.0, 0.0, 0.0, camera->near_m},
+                          {0.0, 0.0, 1.0, 0.0}}};
+    if (camera->projection == VD_PROJECTION_ORTHOGRAPHIC) {
+        project = (vd_matrix){{{lens->fx, 0.0, 0.0, lens->cx},
+                               {0.0, lens->fy, 0.0, lens->cy},
+                               {0.0, 0.0, -1.0 / camera->far_m, 1.0},
+                               {0.0, 0.0, 0.0, 1.0}}};
+    }
+    const vd_quat q = camera->orientation;
+    const vd_matrix turn = vd_matrix_rotation((vd_quat){-q.x, -q.y, -q.z, q.w});
+    return vd_matrix_multiply(&project, &turn);
+}
+
 float vd_camera_depth(const vd_camera *camera, double z) {
     return camera->projection == VD_PROJECTION_ORTHOGRAPHIC ? (float)(1.0 - z / camera->far_m)
                                                             : (float)(camera->near_m / z);

@@ -1,0 +1,470 @@
+/* raster_fill.inl: triangles into a window of the visibility buffer. Part of raster_kernels.inl.
+ *
+ * Small triangles are set up a vector of them at a time. Those of at most 4 × 4 samples are also
+ * filled that way: the same sample of all of them at a time, what is covered is packed and goes one
+ * by one. Of larger ones each row is a vector of samples; for the narrow ones that was slower,
+ * since a vector load right behind narrower stores to the same place waits for them. Depth and id
+ * stand in separate planes: packed into 64 bits the same fill took 128 instead of 70 ms at 8192².
+ *
+ * Triangles that do not fit 32 bits have the values of a 64-pixel wide strip's rows in 64 bits,
+ * clamped to where they change sign within the strip.
+ */
+
+/* Corners of VD_WIDE_LANES triangles. */
+typedef struct corners {
+    vd_wide_i32 x[3], y[3];
+    vd_wide_f32 z[3];
+} corners;
+
+/* Loads the corners of VD_WIDE_LANES triangles: lane i's indices stand at index + at[i], or at
+ * index + 3·i where `at` is null. */
+static inline void load_corners(const vd_drawing *drawing, const uint32_t *index,
+                                const uint32_t *at, corners *out) {
+    for (int i = 0; i < 3; i++) {
+        vd_wide_i32 record[4];
+        vd_wide_load_records(drawing->vertices, index + i, at, record);
+        out->x[i] = record[0];
+        out->y[i] = record[1];
+        out->z[i] = (vd_wide_f32)record[2];
+    }
+}
+
+static inline vd_wide_i32 min3(const vd_wide_i32 v[3]) {
+    return vd_wide_min_i32(vd_wide_min_i32(v[0], v[1]), v[2]);
+}
+
+static inline vd_wide_i32 max3(const vd_wide_i32 v[3]) {
+    return vd_wide_max_i32(vd_wide_max_i32(v[0], v[1]), v[2]);
+}
+
+/* Twice the area, positive for clockwise; right where the box is below VD_SMALL_SUBPIXELS. */
+static inline vd_wide_i32 area_of(const corners *c) {
+    const vd_wide_u32 *x = (const vd_wide_u32 *)c->x, *y = (const vd_wide_u32 *)c->y;
+    return (vd_wide_i32)((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]));
+}
+
+/* Which areas are kept; an area of 0 never is. */
+static inline vd_wide_mask keep_areas(const vd_drawing *drawing, vd_wide_i32 area) {
+    const vd_wide_i32 zero = vd_wide_splat_i32(0);
+    vd_wide_mask keep = vd_wide_less_i32(zero, zero);
+    if (drawing->keep_clockwise) {
+        keep = vd_wide_or(keep, vd_wide_less_i32(zero, area));
+    }
+    if (drawing->keep_counter_clockwise) {
+        keep = vd_wide_or(keep, vd_wide_less_i32(area, zero));
+    }
+    return keep;
+}
+
+/* Boxes of up to NARROW samples a side are filled across lanes. */
+#define NARROW 4
+#define MOST_FRAGMENTS (NARROW * NARROW * VD_WIDE_LANES + VD_WIDE_LANES)
+
+/* Small triangles, set up: the inside is where all three edges are >= 0. Positions count from the
+ * first sample of the window. */
+typedef struct setups {
+    int32_t x0[VD_WIDE_LANES], y0[VD_WIDE_LANES], x1[VD_WIDE_LANES], y1[VD_WIDE_LANES]; /* pixels */
+    int32_t edge[3][VD_WIDE_LANES];                             /* at x0, y0 */
+    int32_t step_x[3][VD_WIDE_LANES], step_y[3][VD_WIDE_LANES]; /* to the next pixel */
+    int32_t from_x[VD_WIDE_LANES], from_y[VD_WIDE_LANES];       /* of x0, y0 from corner 0 */
+    float z0[VD_WIDE_LANES], dz_dx[VD_WIDE_LANES], dz_dy[VD_WIDE_LANES];
+    float z_min[VD_WIDE_LANES], z_max[VD_WIDE_LANES];
+    uint32_t id[VD_WIDE_LANES];
+} setups;
+
+/* z0 + (dx·dz_dx + dy·dz_dy), clamped. `across` is dx·dz_dx, `down` is dy·dz_dy. */
+static inline vd_wide_f32 plane_depth(vd_wide_f32 z0, vd_wide_f32 across, vd_wide_f32 down,
+                                      vd_wide_f32 z_min, vd_wide_f32 z_max) {
+    const vd_wide_f32 z = z0 + (across + down);
+    return vd_wide_min_f32(vd_wide_max_f32(z, z_min), z_max);
+}
+
+/* Samples on their way into a window, one by one. */
+typedef struct pending {
+    int32_t at[MOST_FRAGMENTS];
+    float depth[MOST_FRAGMENTS];
+    uint32_t id[MOST_FRAGMENTS];
+} pending;
+
+/* Without a branch: whether a sample is nearer is as good as random. Depths are not negative, so
+ * that they compare as integers; the lower id is the greater complement. */
+static void fill_fragments(float *depth, uint32_t *id, const pending *f, int count) {
+    for (int i = 0; i < count; i++) {
+        float *to_depth = depth + f->at[i];
+        uint32_t *to_id = id + f->at[i];
+        uint32_t now, old;
+        memcpy(&now, &f->depth[i], sizeof now);
+        memcpy(&old, to_depth, sizeof old);
+        const uint64_t key = (uint64_t)now << 32 | ~f->id[i];
+        const uint64_t old_key = (uint64_t)old << 32 | ~*to_id;
+        const uint64_t best = key > old_key ? key : old_key;
+        const uint32_t bits = (uint32_t)(best >> 32);
+        memcpy(to_depth, &bits, sizeof bits);
+        *to_id = ~(uint32_t)best;
+    }
+}
+
+/* Writes VD_WIDE_LANES samples in a row where `inside` and nearer. */
+static inline vd_wide_f32 fill_row(float *depth, uint32_t *id, vd_wide_mask inside, vd_wide_f32 z,
+                                   vd_wide_i32 name) {
+    const vd_wide_f32 old = vd_wide_load_f32(depth);
+    const vd_wide_i32 old_name = vd_wide_load_i32((const int32_t *)(const void *)id);
+    const vd_wide_mask same = vd_wide_and(
+        vd_wide_equal_f32(z, old), vd_wide_less_u32((vd_wide_u32)name, (vd_wide_u32)old_name));
+    const vd_wide_mask nearer = vd_wide_and(inside, vd_wide_or(vd_wide_less_f32(old, z), same));
+    const vd_wide_f32 now = vd_wide_blend_f32(nearer, z, old);
+    vd_wide_store_f32(depth, now);
+    vd_wide_store_i32((int32_t *)(void *)id, vd_wide_blend_i32(nearer, name, old_name));
+    return now;
+}
+
+/* ---- small: rows ------------------------------------------------------------------------------*/
+
+static void fill_rows(vd_visible *visible, size_t plane, const setups *s, int lane) {
+    const vd_wide_i32 ramp = vd_wide_count_i32();
+    const vd_wide_f32 z0 = vd_wide_splat_f32(s->z0[lane]);
+    const vd_wide_f32 dz_dx = vd_wide_splat_f32(s->dz_dx[lane]);
+    const vd_wide_f32 z_min = vd_wide_splat_f32(s->z_min[lane]);
+    const vd_wide_f32 z_max = vd_wide_splat_f32(s->z_max[lane]);
+    const vd_wide_i32 name = vd_wide_splat_i32((int32_t)s->id[lane]);
+    const int width = s->x1[lane] - s->x0[lane] + 1, height = s->y1[lane] - s->y0[lane] + 1;
+    for (int x = 0; x < width; x += VD_WIDE_LANES) {
+        vd_wide_i32 edge[3];
+        for (int i = 0; i < 3; i++) {
+            edge[i] = s->edge[i][lane] + (ramp + x) * s->step_x[i][lane];
+        }
+        const vd_wide_f32 across =
+            vd_wide_to_f32(s->from_x[lane] + (ramp + x) * VD_SUBPIXELS) * dz_dx;
+        const vd_wide_mask exists = vd_wide_less_i32(ramp, vd_wide_splat_i32(width - x));
+        size_t at = plane + (size_t)s->y0[lane] * visible->stride + (size_t)(s->x0[lane] + x);
+        int32_t from_y = s->from_y[lane];
+        for (int y = 0; y < height; y++) {
+            const vd_wide_i32 outside = edge[0] | edge[1] | edge[2];
+            const vd_wide_mask inside =
+                vd_wide_and(exists, vd_wide_less_i32(vd_wide_splat_i32(-1), outside));
+            if (vd_wide_bits(inside) != 0) {
+                const vd_wide_f32 down = vd_wide_splat_f32((float)from_y * s->dz_dy[lane]);
+                const vd_wide_f32 z = plane_depth(z0, across, down, z_min, z_max);
+                fill_row(visible->depth + at, visible->id + at, inside, z, name);
+            }
+            for (int i = 0; i < 3; i++) {
+                edge[i] += s->step_y[i][lane];
+            }
+            from_y += VD_SUBPIXELS;
+            at += visible->stride;
+        }
+    }
+}
+
+/* ---- small: setting up ------------------------------------------------------------------------*/
+
+/* The most that any lane of `mask` has of v, 1 … NARROW. */
+static inline int most(vd_wide_mask mask, vd_wide_i32 v) {
+    int n = 1;
+    for (; n < NARROW; n++) {
+        if (vd_wide_bits(vd_wide_and(mask, vd_wide_less_i32(vd_wide_splat_i32(n), v))) == 0) {
+            break;
+        }
+    }
+    return n;
+}
+
+/* All samples of narrow boxes: at each place the same sample of all triangles. */
+static void fill_narrow(vd_visible *visible, size_t plane, vd_wide_mask mask,
+                        const vd_wide_i32 box[4], const vd_wide_i32 edge[3],
+                        const vd_wide_i32 step_x[3], const vd_wide_i32 step_y[3],
+                        const vd_wide_i32 from[2], const vd_wide_f32 z[5], vd_wide_i32 name) {
+    pending f;
+    int count = 0;
+    const vd_wide_i32 wide = box[2] - box[0] + 1, high = box[3] - box[1] + 1;
+    const int columns = most(mask, wide), rows = most(mask, high);
+    const int32_t stride = (int32_t)visible->stride;
+    vd_wide_i32 at = box[1] * stride + box[0], e[3] = {edge[0], edge[1], edge[2]};
+    for (int row = 0; row < rows; row++) {
+        const vd_wide_f32 down = vd_wide_to_f32(from[1] + row * VD_SUBPIXELS) * z[2];
+        const vd_wide_mask in_row =
+            vd_wide_and(mask, vd_wide_less_i32(vd_wide_splat_i32(row), high));
+        vd_wide_i32 e0 = e[0], e1 = e[1], e2 = e[2];
+        for (int column = 0; column < columns; column++) {
+            const vd_wide_mask here =
+                vd_wide_and(in_row, vd_wide_less_i32(vd_wide_splat_i32(column), wide));
+            const vd_wide_mask inside =
+                vd_wide_and(here, vd_wide_less_i32(vd_wide_splat_i32(-1), e0 | e1 | e2));
+            const vd_wide_f32 across = vd_wide_to_f32(from[0] + column * VD_SUBPIXELS) * z[1];
+            const vd_wide_f32 depth = plane_depth(z[0], across, down, z[3], z[4]);
+            vd_wide_compress_i32(f.at + count, inside, at + column);
+            vd_wide_compress_i32((int32_t *)(void *)(f.depth + count), inside, (vd_wide_i32)depth);
+            vd_wide_compress_i32((int32_t *)(void *)(f.id + count), inside, name);
+            count += __builtin_popcount(vd_wide_bits(inside));
+            e0 += step_x[0];
+            e1 += step_x[1];
+            e2 += step_x[2];
+        }
+        at += stride;
+        for (int k = 0; k < 3; k++) {
+            e[k] += step_y[k];
+        }
+    }
+    fill_fragments(visible->depth + plane, visible->id + plane, &f, count);
+}
+
+static inline void swap_where(vd_wide_mask mask, vd_wide_i32 *a, vd_wide_i32 *b) {
+    const vd_wide_i32 old = *a;
+    *a = vd_wide_blend_i32(mask, *b, old);
+    *b = vd_wide_blend_i32(mask, old, *b);
+}
+
+/* Sets up and fills the triangles of `lanes` into one sample's plane. `c` counts from the window's
+ * first sample. */
+static void fill_batch(vd_visible *visible, int sample, const vd_drawing *drawing, corners c,
+                       vd_wide_mask lanes, vd_wide_i32 name) {
+    const size_t plane = (size_t)sample * visible->plane;
+    const vd_wide_i32 zero = vd_wide_splat_i32(0);
+    vd_wide_i32 box[4]; /* x0, y0, x1, y1: pixels with a sample in the box */
+    box[0] = vd_wide_max_i32((min3(c.x) + (VD_SUBPIXELS - 1)) >> 8, zero);
+    box[1] = vd_wide_max_i32((min3(c.y) + (VD_SUBPIXELS - 1)) >> 8, zero);
+    box[2] = vd_wide_min_i32((max3(c.x) - 1) >> 8, vd_wide_splat_i32(visible->width - 1));
+    box[3] = vd_wide_min_i32((max3(c.y) - 1) >> 8, vd_wide_splat_i32(visible->height - 1));
+    vd_wide_i32 area = area_of(&c);
+    const vd_wide_mask none =
+        vd_wide_or(vd_wide_less_i32(box[2], box[0]), vd_wide_less_i32(box[3], box[1]));
+    lanes = vd_wide_and(lanes, vd_wide_and(keep_areas(drawing, area), vd_wide_not(none)));
+    const vd_wide_f32 z_max = vd_wide_max_f32(vd_wide_max_f32(c.z[0], c.z[1]), c.z[2]);
+    const vd_wide_f32 z_min = vd_wide_min_f32(vd_wide_min_f32(c.z[0], c.z[1]), c.z[2]);
+    lanes = vd_wide_and(
+        lanes, vd_wide_not(vd_wide_less_f32(z_max, vd_wide_splat_f32(visible->hidden[sample]))));
+    if (vd_wide_bits(lanes) == 0) {
+        return;
+    }
+    const vd_wide_mask turned = vd_wide_less_i32(area, zero);
+    swap_where(turned, &c.x[1], &c.x[2]);
+    swap_where(turned, &c.y[1], &c.y[2]);
+    swap_where(turned, (vd_wide_i32 *)&c.z[1], (vd_wide_i32 *)&c.z[2]);
+    area = vd_wide_blend_i32(turned, zero - area, area);
+    vd_wide_i32 edge[3], step_x[3], step_y[3];
+    const vd_wide_i32 at_x = box[0] << 8, at_y = box[1] << 8;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3;
+        const vd_wide_i32 dx = c.x[j] - c.x[i], dy = c.y[j] - c.y[i];
+        /* Top-left: on the edge is in where dy < 0, or dy = 0 and dx > 0; all else needs 1 more. */
+        const vd_wide_mask flat_top =
+            vd_wide_and(vd_wide_equal_i32(dy, zero), vd_wide_less_i32(zero, dx));
+        const vd_wide_mask owns = vd_wide_or(vd_wide_less_i32(dy, zero), flat_top);
+        const vd_wide_i32 bias = vd_wide_blend_i32(owns, zero, vd_wide_splat_i32(-1));
+        edge[i] = dx * (at_y - c.y[i]) - dy * (at_x - c.x[i]) + bias;
+        step_x[i] = zero - (dy << 8);
+        step_y[i] = dx << 8;
+    }
+    const vd_wide_f32 f = vd_wide_to_f32(area);
+    const vd_wide_f32 z1 = c.z[1] - c.z[0], z2 = c.z[2] - c.z[0];
+    const vd_wide_f32 x1 = vd_wide_to_f32(c.x[1] - c.x[0]), y1 = vd_wide_to_f32(c.y[1] - c.y[0]);
+    const vd_wide_f32 x2 = vd_wide_to_f32(c.x[2] - c.x[0]), y2 = vd_wide_to_f32(c.y[2] - c.y[0]);
+    const vd_wide_f32 z[5] = {c.z[0], (z1 * y2 - z2 * y1) / f, (z2 * x1 - z1 * x2) / f, z_min,
+                              z_max};
+    const vd_wide_i32 from[2] = {at_x - c.x[0], at_y - c.y[0]};
+    const vd_wide_i32 limit = vd_wide_splat_i32(NARROW);
+    const vd_wide_mask narrow =
+        vd_wide_and(lanes, vd_wide_and(vd_wide_less_i32(box[2] - box[0], limit),
+                                       vd_wide_less_i32(box[3] - box[1], limit)));
+    if (vd_wide_bits(narrow) != 0) {
+        fill_narrow(visible, plane, narrow, box, edge, step_x, step_y, from, z, name);
+    }
+    uint32_t rest = vd_wide_bits(lanes) & ~vd_wide_bits(narrow);
+    if (rest == 0) {
+        return;
+    }
+    setups s;
+    vd_wide_store_i32(s.x0, box[0]);
+    vd_wide_store_i32(s.y0, box[1]);
+    vd_wide_store_i32(s.x1, box[2]);
+    vd_wide_store_i32(s.y1, box[3]);
+    for (int i = 0; i < 3; i++) {
+        vd_wide_store_i32(s.edge[i], edge[i]);
+        vd_wide_store_i32(s.step_x[i], step_x[i]);
+        vd_wide_store_i32(s.step_y[i], step_y[i]);
+    }
+    vd_wide_store_i32(s.from_x, from[0]);
+    vd_wide_store_i32(s.from_y, from[1]);
+    vd_wide_store_f32(s.z0, z[0]);
+    vd_wide_store_f32(s.dz_dx, z[1]);
+    vd_wide_store_f32(s.dz_dy, z[2]);
+    vd_wide_store_f32(s.z_min, z[3]);
+    vd_wide_store_f32(s.z_max, z[4]);
+    vd_wide_store_u32(s.id, (vd_wide_u32)name);
+    for (; rest != 0; rest &= rest - 1) {
+        fill_rows(visible, plane, &s, __builtin_ctz(rest));
+    }
+}
+
+static void fill_small(vd_visible *visible, const vd_drawing *drawing, const uint32_t *primitives,
+                       int count) {
+    const uint32_t *indices = vd_mesh_indices(drawing->mesh);
+    for (int first = 0; first < count; first += VD_WIDE_LANES) {
+        const int left = count - first;
+        const vd_wide_mask lanes = vd_wide_less_i32(vd_wide_count_i32(), vd_wide_splat_i32(left));
+        uint32_t at[VD_WIDE_LANES];
+        int32_t names[VD_WIDE_LANES];
+        for (int i = 0; i < VD_WIDE_LANES; i++) {
+            const uint32_t p = primitives[first + (i < left ? i : 0)];
+            names[i] = (int32_t)(drawing->first_id + p);
+            at[i] = 3 * p;
+        }
+        corners c;
+        load_corners(drawing, indices, at, &c);
+        const vd_wide_i32 name = vd_wide_load_i32(names);
+        for (int s = 0; s < visible->samples; s++) {
+            int32_t shift_x, shift_y;
+            vd_sample_shift(visible->samples, s, &shift_x, &shift_y);
+            corners moved = c;
+            for (int i = 0; i < 3; i++) {
+                moved.x[i] = c.x[i] - (visible->x * VD_SUBPIXELS + shift_x);
+                moved.y[i] = c.y[i] - (visible->y * VD_SUBPIXELS + shift_y);
+            }
+            fill_batch(visible, s, drawing, moved, lanes, name);
+        }
+    }
+}
+
+/* ---- any size ---------------------------------------------------------------------------------*/
+
+/* One edge over a strip, in units in which a pixel's step is dx or dy: the sign is what counts, and
+ * sample positions are whole pixels apart, so that the part below a pixel may be rounded down. */
+typedef struct strip_edge {
+    int64_t row; /* at the strip's first sample */
+    int64_t dx, dy;
+    bool everywhere; /* all samples are inside of it */
+} strip_edge;
+
+#define STRIP 64
+#define ROW_LIMIT ((int64_t)1 << 30) /* above 63 steps of up to 2^24 */
+
+/* Prepares the edges of a triangle for the samples of a strip. Returns false when one of them has
+ * no sample inside. */
+static bool strip_edges(const vd_setup *s, int32_t x, int32_t y, int width, int height,
+                        strip_edge out[3]) {
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3;
+        const int64_t dx = (int64_t)s->x[j] - s->x[i], dy = (int64_t)s->y[j] - s->y[i];
+        const int64_t bias = dy < 0 || (dy == 0 && dx > 0) ? 0 : -1;
+        const int64_t value = dx * ((int64_t)y - s->y[i]) - dy * ((int64_t)x - s->x[i]) + bias;
+        const int64_t row = value >> 8;
+        const int64_t across = -dy * (width - 1), down = dx * (height - 1);
+        const int64_t least = row + (across < 0 ? across : 0) + (down < 0 ? down : 0);
+        const int64_t most = row + (across > 0 ? across : 0) + (down > 0 ? down : 0);
+        if (most < 0) {
+            return false;
+        }
+        out[i] = (strip_edge){row, dx, dy, least >= 0};
+    }
+    return true;
+}
+
+/* The samples first … last of `count` from position `at` that lie in a triangle's box; last < first
+ * when none. */
+static void sample_range(const int32_t v[3], int32_t at, int count, int *first, int *last) {
+    int32_t min = v[0], max = v[0];
+    for (int i = 1; i < 3; i++) {
+        min = v[i] < min ? v[i] : min;
+        max = v[i] > max ? v[i] : max;
+    }
+    const int low = (min - at + VD_SUBPIXELS - 1) >> 8, high = (max - at - 1) >> 8;
+    *first = low > 0 ? low : 0;
+    *last = high < count - 1 ? high : count - 1;
+}
+
+/* Fills samples [from, from + STRIP) of all rows of one sample's plane. */
+static void fill_strip(vd_visible *visible, int sample, const vd_setup *s, int from) {
+    int32_t shift_x, shift_y;
+    vd_sample_shift(visible->samples, sample, &shift_x, &shift_y);
+    const int32_t x = (visible->x + from) * VD_SUBPIXELS + shift_x;
+    const int32_t y = visible->y * VD_SUBPIXELS + shift_y;
+    const int left = visible->width - from, width = left < STRIP ? left : STRIP;
+    strip_edge edges[3];
+    if (!strip_edges(s, x, y, width, visible->height, edges)) {
+        return;
+    }
+    const bool all = edges[0].everywhere && edges[1].everywhere && edges[2].everywhere;
+    const vd_wide_i32 ramp = vd_wide_count_i32();
+    const vd_wide_i32 name = vd_wide_splat_i32((int32_t)s->id);
+    const vd_wide_f32 z0 = vd_wide_splat_f32(s->z0);
+    const vd_wide_f32 z_min = vd_wide_splat_f32(s->z_min), z_max = vd_wide_splat_f32(s->z_max);
+    vd_wide_f32 across[STRIP / VD_WIDE_LANES];
+    vd_wide_i32 slope[3][STRIP / VD_WIDE_LANES];
+    for (int k = 0; k < STRIP / VD_WIDE_LANES; k++) {
+        const vd_wide_i32 at = ramp + k * VD_WIDE_LANES;
+        across[k] = vd_wide_to_f32((x - s->x[0]) + at * VD_SUBPIXELS) * s->dz_dx;
+        for (int i = 0; i < 3; i++) {
+            slope[i][k] = at * (int32_t)-edges[i].dy;
+        }
+    }
+    vd_wide_f32 farthest = vd_wide_splat_f32(2.0f);
+    int first_row, last_row, first, last;
+    sample_range(s->y, y, visible->height, &first_row, &last_row);
+    sample_range(s->x, x, width, &first, &last);
+    for (int row = first_row; row <= last_row; row++) {
+        int32_t start[3];
+        for (int i = 0; i < 3; i++) {
+            int64_t value = edges[i].row + row * edges[i].dx;
+            value = value < ROW_LIMIT ? value : ROW_LIMIT;
+            start[i] = (int32_t)(value > -ROW_LIMIT ? value : -ROW_LIMIT);
+        }
+        const size_t at =
+            (size_t)sample * visible->plane + (size_t)row * visible->stride + (size_t)from;
+        const float dy = (float)(y + row * VD_SUBPIXELS - s->y[0]);
+        const vd_wide_f32 down = vd_wide_splat_f32(dy * s->dz_dy);
+        for (int k = first / VD_WIDE_LANES; k * VD_WIDE_LANES <= last; k++) {
+            vd_wide_mask inside =
+                vd_wide_less_i32(ramp, vd_wide_splat_i32(width - k * VD_WIDE_LANES));
+            if (!all) {
+                const vd_wide_i32 outside =
+                    (slope[0][k] + start[0]) | (slope[1][k] + start[1]) | (slope[2][k] + start[2]);
+                inside = vd_wide_and(inside, vd_wide_less_i32(vd_wide_splat_i32(-1), outside));
+                if (vd_wide_bits(inside) == 0) {
+                    continue;
+                }
+            }
+            const vd_wide_f32 z = plane_depth(z0, across[k], down, z_min, z_max);
+            const vd_wide_f32 now = fill_row(visible->depth + at + k * VD_WIDE_LANES,
+                                             visible->id + at + k * VD_WIDE_LANES, inside, z, name);
+            farthest = vd_wide_min_f32(farthest, vd_wide_blend_f32(inside, now, farthest));
+        }
+    }
+    if (all && visible->width <= STRIP) {
+        float least[VD_WIDE_LANES];
+        vd_wide_store_f32(least, farthest);
+        float hidden = least[0];
+        for (int i = 1; i < VD_WIDE_LANES; i++) {
+            hidden = least[i] < hidden ? least[i] : hidden;
+        }
+        visible->hidden[sample] = hidden;
+    }
+}
+
+static void fill_setup(vd_visible *visible, const vd_setup *setup) {
+    for (int s = 0; s < visible->samples; s++) {
+        if (setup->z_max < visible->hidden[s]) {
+            continue;
+        }
+        for (int from = 0; from < visible->width; from += STRIP) {
+            fill_strip(visible, s, setup, from);
+        }
+    }
+}
+
+/* ---- merging ----------------------------------------------------------------------------------*/
+
+static void merge(vd_visible *visible, int sample, const float *depth, const uint32_t *id,
+                  size_t stride) {
+    const vd_wide_i32 ramp = vd_wide_count_i32();
+    for (int y = 0; y < visible->height; y++) {
+        const size_t at = (size_t)sample * visible->plane + (size_t)y * visible->stride;
+        for (int x = 0; x < visible->width; x += VD_WIDE_LANES) {
+            const vd_wide_mask exists =
+                vd_wide_less_i32(ramp, vd_wide_splat_i32(visible->width - x));
+            const size_t from = (size_t)y * stride + (size_t)x;
+            fill_row(visible->depth + at + (size_t)x, visible->id + at + (size_t)x, exists,
+                     vd_wide_load_f32(depth + from),
+                     vd_wide_load_i32((const int32_t *)(const void *)(id + from)));
+        }
+    }
+}

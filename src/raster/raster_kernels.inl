@@ -1,0 +1,27 @@
+/* raster_kernels.inl: the kernels' bodies over wide.h. A file per SIMD level defines TABLE and
+ * includes this; the table is the file's only external name. */
+#include <string.h>
+#include "core/wide_records.h"
+#include "image/image.h"
+#include "raster/raster_kernels.h"
+
+#define ALL_LANES ((1u << VD_WIDE_LANES) - 1)
+
+#include "raster/raster_project.inl"
+#include "raster/raster_fill.inl"
+#include "raster/raster_sort.inl"
+#include "raster/raster_shade.inl"
+#include "raster/raster_fragments.inl"
+#include "raster/raster_frame.inl"
+
+const vd_raster_kernels TABLE = {project,
+                                 sort,
+                                 fill_small,
+                                 fill_setup,
+                                 merge,
+                                 shade_frame,
+                                 fill_frame,
+                                 shade,
+                                 {[VD_SHADING_PHONG] = fragments_phong,
+                                  [VD_SHADING_FLAT] = fragments_flat,
+                                  [VD_SHADING_DEPTH] = fragments_depth}};

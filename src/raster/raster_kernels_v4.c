@@ -1,0 +1,2 @@
+#define TABLE vd_raster_kernels_v4
+#include "raster/raster_kernels.inl"

@@ -1,0 +1,377 @@
+/* raster_methods.c: the methods, and which of them draws a picture. */
+#include <string.h>
+#include "raster/raster_run.h"
+
+#define TILE 64
+
+/* ---- the reference ----------------------------------------------------------------------------
+ * The table of kernels made of the plain functions. */
+
+static uint64_t shade_plainly(const vd_scene *scene, const vd_visible *visible, vd_target *target,
+                              vd_batch *batch) {
+    vd_reference_shade(scene, visible, target, batch);
+    uint64_t hits = 0;
+    for (int s = 0; s < visible->samples; s++) {
+        for (int y = 0; y < visible->height; y++) {
+            const size_t row = (size_t)s * visible->plane + (size_t)y * visible->stride;
+            for (int x = 0; x < visible->width; x++) {
+                hits += visible->id[row + (size_t)x] != 0;
+            }
+        }
+    }
+    return hits;
+}
+
+static void see_plainly(vd_raster *raster, vd_worker *worker) {
+    vd_reference_visibility(&raster->scene, &worker->visible);
+}
+
+static const vd_raster_kernels plain_kernels = {.project = vd_project_reference,
+                                                .shade = shade_plainly};
+
+/* ---- sorting ----------------------------------------------------------------------------------*/
+
+static void sort_tiled(vd_raster *raster, vd_worker *worker, const vd_drawing *drawing,
+                       uint32_t first, uint32_t count) {
+    raster->kernels->sort(&worker->sorter, drawing, first, count);
+}
+
+static const vd_method methods[VD_RASTER_METHOD_COUNT] = {
+    [VD_RASTER_SCANLINE] = {sort_tiled, NULL, false},
+    [VD_RASTER_IMMEDIATE] = {sort_tiled, NULL, false},
+    [VD_RASTER_TILED] = {sort_tiled, NULL, false},
+    [VD_RASTER_HYBRID] = {sort_tiled, NULL, true},
+    [VD_RASTER_REFERENCE] = {NULL, see_plainly, false},
+};
+
+#define PRIMITIVES_A_TASK 4096
+
+typedef struct sort_run {
+    vd_raster *raster;
+    const vd_drawing *drawing;
+} sort_run;
+
+static void sort_some(void *user, int index, int worker) {
+    const sort_run *run = user;
+    const uint32_t first = (uint32_t)index * PRIMITIVES_A_TASK;
+    const uint32_t left = run->drawing->primitive_count - first;
+    run->raster->method->sort(run->raster, &run->raster->workers[worker], run->drawing, first,
+                              left < PRIMITIVES_A_TASK ? left : PRIMITIVES_A_TASK);
+}
+
+static void clear_tile(vd_visible *window, int x, int y, int tile) {
+    const int right = window->width - x * tile, down = window->height - y * tile;
+    const int width = right < tile ? right : tile, height = down < tile ? down : tile;
+    for (int s = 0; s < window->samples; s++) {
+        for (int row = 0; row < height; row++) {
+            const size_t at = (size_t)s * window->plane +
+                              (size_t)(y * tile + row) * window->stride + (size_t)(x * tile);
+            memset(window->depth + at, 0, (size_t)width * sizeof *window->depth);
+            memset(window->id + at, 0, (size_t)width * sizeof *window->id);
+        }
+    }
+}
+
+void vd_raster_forget(vd_raster *raster, int x, int y) {
+    const int tile = y * raster->tiles_x + x;
+    for (int i = 0; raster->method->windows && i < raster->thread_count; i++) {
+        vd_worker *worker = &raster->workers[i];
+        if (worker->sorter.touched[tile] != 0) {
+            clear_tile(&worker->window, x, y, raster->tile);
+            worker->sorter.touched[tile] = 0;
+        }
+    }
+}
+
+/* Empties all lists; a tile's first block is one that is full. */
+static void reset_sorter(vd_raster *raster, vd_worker *worker) {
+    vd_sorter *sorter = &worker->sorter;
+    const size_t tiles = (size_t)raster->tiles_x * (size_t)raster->tiles_y;
+    vd_arena_reset(&sorter->arena);
+    sorter->clipped = sorter->drawn = 0;
+    vd_block *full = vd_arena_take(&sorter->arena, sizeof *full);
+    if (full == NULL) {
+        return;
+    }
+    full->next = NULL;
+    full->drawing = NULL;
+    full->count = VD_BLOCK_ENTRIES;
+    for (size_t i = 0; i < tiles * VD_CLASSES; i++) {
+        sorter->blocks[i] = full;
+    }
+    memset(sorter->links, 0, tiles * sizeof *sorter->links);
+}
+
+vd_status vd_raster_sort(vd_raster *raster, vd_job *job) {
+    if (raster->method->sort == NULL) {
+        return vd_success();
+    }
+    for (int i = 0; i < raster->thread_count; i++) {
+        reset_sorter(raster, &raster->workers[i]);
+        if (raster->workers[i].sorter.arena.failed) {
+            return vd_out_of_memory("the tiles' lists", sizeof(vd_block));
+        }
+    }
+    for (int y = 0; y < raster->tiles_y; y++) { /* what an earlier picture may have left */
+        for (int x = 0; x < raster->tiles_x; x++) {
+            vd_raster_forget(raster, x, y);
+        }
+    }
+    vd_status status = vd_success();
+    for (int i = 0; i < raster->scene.drawing_count && status.code == VD_OK; i++) {
+        sort_run run = {raster, &raster->scene.drawings[i]};
+        const int tasks = (int)(((uint64_t)run.drawing->primitive_count + PRIMITIVES_A_TASK - 1) /
+                                PRIMITIVES_A_TASK);
+        status = vd_parallel_for(raster->context, job, tasks, sort_some, &run);
+    }
+    for (int i = 0; i < raster->thread_count && status.code == VD_OK; i++) {
+        if (raster->workers[i].sorter.arena.failed) {
+            status = vd_out_of_memory("the tiles' lists", sizeof(vd_block));
+        }
+    }
+    return status;
+}
+
+/* ---- tiles ------------------------------------------------------------------------------------*/
+
+void vd_raster_place(vd_raster *raster, vd_worker *worker, int x, int y) {
+    vd_visible *visible = &worker->visible;
+    const int tile = raster->tile;
+    visible->x = x * tile;
+    visible->y = y * tile;
+    const int right = raster->scene.width - visible->x, down = raster->scene.height - visible->y;
+    visible->width = right < tile ? right : tile;
+    visible->height = down < tile ? down : tile;
+}
+
+static void clear_window(vd_visible *visible) {
+    const size_t count = visible->plane * (size_t)visible->samples;
+    memset(visible->depth, 0, count * sizeof *visible->depth);
+    memset(visible->id, 0, count * sizeof *visible->id);
+    memset(visible->hidden, 0, sizeof visible->hidden);
+}
+
+bool vd_raster_is_empty(const vd_raster *raster, int x, int y) {
+    const int tile = y * raster->tiles_x + x;
+    for (int i = 0; i < raster->thread_count; i++) {
+        const vd_sorter *sorter = &raster->workers[i].sorter;
+        bool any = raster->method->sort == NULL || sorter->links[tile] != NULL ||
+                   (raster->method->windows && sorter->touched[tile] != 0);
+        for (int class = 0; class < VD_CLASSES && !any; class ++) {
+            any = sorter->blocks[tile * VD_CLASSES + class]->drawing != NULL;
+        }
+        if (any) {
+            return false;
+        }
+    }
+    return true;
+}
+
+void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
+    vd_raster_place(raster, worker, x, y);
+    clear_window(&worker->visible);
+    if (raster->method->see != NULL) {
+        raster->method->see(raster, worker);
+    }
+    if (raster->method->sort == NULL) {
+        return;
+    }
+    vd_visible *visible = &worker->visible;
+    const vd_raster_kernels *kernels = raster->kernels;
+    const int tile = y * raster->tiles_x + x;
+    /* Large triangles first: they hide most. */
+    for (int i = 0; i < raster->thread_count; i++) {
+        for (vd_link *l = raster->workers[i].sorter.links[tile]; l != NULL; l = l->next) {
+            for (int k = 0; k < l->count; k++) {
+                kernels->fill_setup(visible, l->setups[k]);
+            }
+        }
+    }
+    for (int i = 0; i < raster->thread_count; i++) {
+        vd_block *const *lists = raster->workers[i].sorter.blocks + (size_t)tile * VD_CLASSES;
+        for (int class = 0; class < VD_CLASSES; class ++) {
+            for (const vd_block *b = lists[class]; b->drawing != NULL; b = b->next) {
+                kernels->fill_small(visible, b->drawing, b->primitives, b->count);
+            }
+        }
+    }
+    for (int i = 0; raster->method->windows && i < raster->thread_count; i++) {
+        const vd_worker *other = &raster->workers[i];
+        for (int s = 0; s < visible->samples && other->sorter.touched[tile] != 0; s++) {
+            const size_t at = (size_t)s * other->window.plane +
+                              (size_t)visible->y * other->window.stride + (size_t)visible->x;
+            kernels->merge(visible, s, other->window.depth + at, other->window.id + at,
+                           other->window.stride);
+        }
+    }
+}
+
+/* ---- choosing ---------------------------------------------------------------------------------*/
+
+void vd_worker_finish(vd_context *context, vd_worker *worker) {
+    vd_arena_finish(&worker->sorter.arena);
+    vd_release(context, worker->depth.memory);
+    vd_release(context, worker->id.memory);
+    vd_release(context, worker->blocks.memory);
+    vd_release(context, worker->links.memory);
+    vd_release(context, worker->touched.memory);
+    vd_release(context, worker->window_depth.memory);
+    vd_release(context, worker->window_id.memory);
+    vd_release(context, worker->batch);
+    vd_target_destroy(&worker->target);
+}
+
+/* A window of the whole picture, all 0. */
+static vd_status prepare_window(vd_raster *raster, vd_worker *worker) {
+    vd_visible *window = &worker->window;
+    const vd_scene *scene = &raster->scene;
+    const size_t stride = vd_frame_stride(scene->width);
+    const size_t plane = stride * (size_t)scene->height;
+    const size_t tiles = (size_t)raster->tiles_x * (size_t)raster->tiles_y;
+    worker->sorter.window = window;
+    if (window->width == scene->width && window->height == scene->height &&
+        window->samples == scene->samples && worker->window_tile == raster->tile) {
+        worker->sorter.touched = worker->touched.memory;
+        return vd_success();
+    }
+    memset(window, 0, sizeof *window);
+    const size_t count = plane * (size_t)scene->samples + VD_FILL_SLACK;
+    vd_context *context = raster->context;
+    vd_status status = vd_buffer_reserve(context, &worker->window_depth, "a window", count, 4);
+    if (status.code == VD_OK) {
+        status = vd_buffer_reserve(context, &worker->window_id, "a window", count, 4);
+    }
+    if (status.code == VD_OK) {
+        status = vd_buffer_reserve(context, &worker->touched, "a window's tiles", tiles, 1);
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    memset(worker->window_depth.memory, 0, count * 4);
+    memset(worker->window_id.memory, 0, count * 4);
+    memset(worker->touched.memory, 0, tiles);
+    worker->window_tile = raster->tile;
+    worker->sorter.touched = worker->touched.memory;
+    *window = (vd_visible){.width = scene->width,
+                           .height = scene->height,
+                           .samples = scene->samples,
+                           .stride = stride,
+                           .plane = plane,
+                           .depth = worker->window_depth.memory,
+                           .id = worker->window_id.memory};
+    return status;
+}
+
+static vd_status prepare_sorter(vd_raster *raster, vd_worker *worker, const vd_raster_def *def) {
+    vd_context *context = raster->context;
+    vd_sorter *sorter = &worker->sorter;
+    const size_t tiles = (size_t)raster->tiles_x * (size_t)raster->tiles_y;
+    vd_status status = vd_buffer_reserve(context, &worker->blocks, "the tiles' lists",
+                                         tiles * VD_CLASSES, sizeof *sorter->blocks);
+    if (status.code == VD_OK) {
+        status = vd_buffer_reserve(context, &worker->links, "the tiles' lists", tiles,
+                                   sizeof *sorter->links);
+    }
+    sorter->arena.context = context;
+    sorter->blocks = worker->blocks.memory;
+    sorter->links = worker->links.memory;
+    sorter->tile_shift = __builtin_ctz((unsigned)raster->tile);
+    sorter->tiles_x = raster->tiles_x;
+    sorter->tiles_y = raster->tiles_y;
+    sorter->width = raster->scene.width;
+    sorter->height = raster->scene.height;
+    sorter->samples = raster->scene.samples;
+    sorter->small_pixels = def->small_pixels > 0 ? def->small_pixels : 128;
+    sorter->window = NULL;
+    if (status.code == VD_OK && raster->method->windows) {
+        status = prepare_window(raster, worker);
+    }
+    return status;
+}
+
+static vd_status prepare_worker(vd_raster *raster, vd_worker *worker, const vd_raster_def *def) {
+    vd_context *context = raster->context;
+    vd_visible *visible = &worker->visible;
+    const int tile = raster->tile, samples = raster->scene.samples;
+    visible->samples = samples;
+    visible->stride = (size_t)tile;
+    visible->plane = (size_t)tile * (size_t)tile;
+    const size_t count = visible->plane * (size_t)samples + VD_FILL_SLACK;
+    vd_status status = vd_buffer_reserve(context, &worker->depth, "a tile", count, sizeof(float));
+    if (status.code == VD_OK) {
+        status = vd_buffer_reserve(context, &worker->id, "a tile", count, sizeof(uint32_t));
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    visible->depth = worker->depth.memory;
+    visible->id = worker->id.memory;
+    memset(visible->depth, 0, count * sizeof *visible->depth);
+    memset(visible->id, 0, count * sizeof *visible->id);
+    if (worker->batch == NULL) {
+        worker->batch = vd_allocate_zero(context, 1, sizeof *worker->batch);
+        if (worker->batch == NULL) {
+            return vd_out_of_memory("a batch of fragments", sizeof *worker->batch);
+        }
+    }
+    if (worker->target != NULL && (worker->target->samples != samples ||
+                                   worker->target->plane < vd_frame_stride(tile) * (size_t)tile)) {
+        vd_target_destroy(&worker->target);
+    }
+    if (worker->target == NULL) {
+        status = vd_target_create(context, tile, tile, samples, &worker->target);
+    }
+    if (status.code == VD_OK && raster->method->sort != NULL) {
+        status = prepare_sorter(raster, worker, def);
+    }
+    return status;
+}
+
+const vd_raster_kernels *vd_raster_kernels_for(vd_isa isa) {
+#if defined(__x86_64__)
+    if (isa == VD_ISA_V4) {
+        return &vd_raster_kernels_v4;
+    }
+    if (isa == VD_ISA_V3) {
+        return &vd_raster_kernels_v3;
+    }
+#endif
+    (void)isa;
+    return &vd_raster_kernels_v2;
+}
+
+static vd_raster_method choose_method(const vd_raster *raster, const vd_raster_def *def) {
+    if (def->method != VD_RASTER_AUTO) {
+        return def->method;
+    }
+    const size_t samples = (size_t)raster->scene.width * (size_t)raster->scene.height *
+                           (size_t)def->samples * (size_t)raster->thread_count;
+    return samples <= ((size_t)1 << 21) ? VD_RASTER_HYBRID : VD_RASTER_TILED;
+}
+
+vd_status vd_raster_choose(vd_raster *raster, const vd_raster_def *def) {
+    const vd_raster_method method = choose_method(raster, def);
+    raster->method = &methods[method];
+    raster->kernels = method == VD_RASTER_REFERENCE
+                          ? &plain_kernels
+                          : vd_raster_kernels_for(vd_context_isa(raster->context));
+    for (int i = 0; i < raster->scene.drawing_count; i++) {
+        vd_drawing *drawing = &raster->scene.drawings[i];
+        for (int k = 0; k < VD_SHADING_COUNT; k++) {
+            if (drawing->shader == vd_shader_find((vd_shading)k) &&
+                raster->kernels->fragments[k] != NULL) {
+                drawing->fragment = raster->kernels->fragments[k];
+            }
+        }
+    }
+    raster->tile = def->tile_pixels > 0            ? def->tile_pixels
+                   : method == VD_RASTER_REFERENCE ? 256
+                                                   : TILE;
+    raster->tiles_x = (raster->scene.width + raster->tile - 1) / raster->tile;
+    raster->tiles_y = (raster->scene.height + raster->tile - 1) / raster->tile;
+    vd_status status = vd_success();
+    for (int i = 0; i < raster->thread_count && status.code == VD_OK; i++) {
+        status = prepare_worker(raster, &raster->workers[i], def);
+    }
+    return status;
+}

@@ -1,0 +1,83 @@
+/* raster_run.h: the renderer's state, and what a method is. */
+#ifndef VEDUTA_RASTER_RASTER_RUN_H
+#define VEDUTA_RASTER_RASTER_RUN_H
+
+#include "raster/raster_kernels.h"
+
+/* Memory that only grows. */
+typedef struct vd_buffer {
+    void *memory;
+    size_t bytes;
+} vd_buffer;
+
+/* Makes room for count × size_bytes; contents are lost when it grows. */
+VD_MUST_USE vd_status vd_buffer_reserve(vd_context *context, vd_buffer *buffer, const char *what,
+                                        size_t count, size_t size_bytes);
+
+typedef struct vd_slot {
+    vd_buffer vertices, written, user;
+} vd_slot;
+
+/* What one thread draws with. */
+typedef struct vd_worker {
+    vd_visible visible; /* a tile */
+    vd_buffer depth, id;
+    vd_target *target; /* a tile */
+    vd_batch *batch;
+    /* What this thread sorted: lists by tile, and a window of the whole picture of its own, which
+     * is all 0 where `touched` is. */
+    vd_sorter sorter;
+    vd_buffer blocks, links, touched, window_depth, window_id;
+    vd_visible window;
+    int window_tile; /* the tile size that `touched` counts in */
+    uint64_t hits;
+} vd_worker;
+
+void vd_worker_finish(vd_context *context, vd_worker *worker);
+
+/* A way from projected vertices to the visibility buffer of a tile. */
+typedef struct vd_method {
+    /* Sorts primitives first … first + count of a drawing; null: nothing is sorted. */
+    void (*sort)(vd_raster *raster, vd_worker *worker, const vd_drawing *drawing, uint32_t first,
+                 uint32_t count);
+    /* Adds what was not sorted to the worker's window, which lies on tile (x, y); null: nothing. */
+    void (*see)(vd_raster *raster, vd_worker *worker);
+    bool windows; /* every worker has a window of the whole picture */
+} vd_method;
+
+struct vd_raster {
+    vd_context *context;
+    int thread_count;
+    vd_worker *workers; /* [thread_count] */
+    vd_slot *slots;     /* [slot_count], by draw */
+    int slot_count;
+    vd_buffer drawings;
+    vd_scene scene;
+    uint64_t primitives;
+    const vd_method *method;
+    const vd_raster_kernels *kernels;
+    int tile, tiles_x, tiles_y;
+    vd_frame *frame;
+    bool stream; /* the frame is too large for the caches: store past them */
+    bool prepared;
+};
+
+/* Sorts all primitives of the scene. */
+VD_MUST_USE vd_status vd_raster_sort(vd_raster *raster, vd_job *job);
+
+/* Places the worker's window over tile (x, y), in tiles. */
+void vd_raster_place(vd_raster *raster, vd_worker *worker, int x, int y);
+
+/* Whether no triangle was sorted to a tile. */
+bool vd_raster_is_empty(const vd_raster *raster, int x, int y);
+
+/* Fills the worker's tile at (x, y), in tiles: depth and id. */
+void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y);
+
+/* Gives back what the workers' windows have on a tile. */
+void vd_raster_forget(vd_raster *raster, int x, int y);
+
+/* Chooses method, kernels and tile size for the scene, and makes room for the workers. */
+VD_MUST_USE vd_status vd_raster_choose(vd_raster *raster, const vd_raster_def *def);
+
+#endif

@@ -1,0 +1,101 @@
+/* All methods give the bytes of the brute-force reference, at every SIMD level and thread count. */
+#include "raster_scenes.h"
+
+static bool reduced(void) {
+    return getenv("VEDUTA_TEST_REDUCED") != NULL;
+}
+
+/* Draws by every method, level and number of threads and compares with the reference. */
+static void compare_all(const vd_raster_def *base, const vd_camera *camera, const vd_draw *draws,
+                        int count, int width, int height) {
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_raster_def def = *base;
+    vd_raster_stats stats;
+    def.method = VD_RASTER_REFERENCE;
+    vd_frame *expected = draw_frame(context, &def, camera, draws, count, width, height, &stats);
+    const uint64_t hits = stats.hits;
+    for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
+        static const int threads[] = {1, 2, 7};
+        for (int t = 0; t < 3; t++) {
+            vd_context *other = test_context(threads[t], (vd_isa)isa);
+            for (int m = 0; m < VD_RASTER_REFERENCE; m++) {
+                def.method = (vd_raster_method)m;
+                vd_frame *frame =
+                    draw_frame(other, &def, camera, draws, count, width, height, &stats);
+                assert_int_equal(stats.hits, hits);
+                vd_frame_destroy(&frame);
+            }
+            vd_context_destroy(&other);
+        }
+    }
+    vd_frame_destroy(&expected);
+    vd_context_destroy(&context);
+}
+
+static void random_soup(vd_context *context, int width, int height, int samples, size_t triangles,
+                        uint64_t seed) {
+    float *positions = malloc(triangles * 9 * sizeof *positions);
+    random_triangles(&seed, width, height, positions, triangles);
+    vd_mesh *mesh = soup(context, positions, triangles * 3);
+    vd_draw draw = vd_draw_default();
+    draw.mesh = mesh;
+    draw.cull = VD_CULL_NONE;
+    draw.shader = vd_shader_find(VD_SHADING_ID);
+    vd_camera camera = flat_camera();
+    vd_raster_def def = vd_raster_def_default();
+    def.samples = samples;
+    def.background = (vd_rgba8){40, 80, 120, 200};
+    compare_all(&def, &camera, &draw, 1, width, height);
+    vd_mesh_destroy(context, &mesh);
+    free(positions);
+}
+
+static void random_triangles_agree(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    static const int sizes[][2] = {{1, 1}, {2, 7}, {64, 64}, {65, 63}, {200, 131}, {130, 400}};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        random_soup(context, sizes[i][0], sizes[i][1], 1, reduced() ? 200 : 1500, 77 + i);
+        random_soup(context, sizes[i][0], sizes[i][1], i % 2 == 0 ? 4 : 8, reduced() ? 40 : 150,
+                    99 + i);
+    }
+    vd_context_destroy(&context);
+}
+
+static void spheres_agree(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_mesh *near =
+        sphere(context, 20, 40, 1.0, vd_vec3_make(0.1, 0, 1.2)); /* through the near plane */
+    vd_mesh *far = sphere(context, 60, 80, 1.0, vd_vec3_make(0.5, 0.3, 4));
+    static const vd_shading shadings[] = {VD_SHADING_PHONG, VD_SHADING_FLAT,    VD_SHADING_DEPTH,
+                                          VD_SHADING_UV,    VD_SHADING_NORMALS, VD_SHADING_ID};
+    const vd_camera camera = plain_camera(150, 100, 90.0, 0.5);
+    for (size_t i = 0; i < sizeof shadings / sizeof shadings[0]; i++) {
+        vd_draw draws[3] = {vd_draw_default(), vd_draw_default(), vd_draw_default()};
+        for (int k = 0; k < 3; k++) {
+            draws[k].mesh = k == 0 ? near : far;
+            draws[k].shader = vd_shader_find(shadings[(i + (size_t)k) % 6]);
+            draws[k].cull = k == 0 ? VD_CULL_NONE : VD_CULL_BACK;
+            draws[k].object_id = 10 + (uint64_t)k;
+        }
+        draws[2].fill = i % 2 == 0 ? VD_FILL_WIREFRAME : VD_FILL_POINTS;
+        draws[2].line_width = 1.5;
+        draws[2].point_size = 3.0;
+        vd_raster_def def = vd_raster_def_default();
+        def.samples = i % 3 == 0 ? 1 : i % 3 == 1 ? 4 : 8;
+        def.far_m = i % 2 == 0 ? 0.0 : 4.2;
+        compare_all(&def, &camera, draws, 3, 150, 100);
+    }
+    vd_mesh_destroy(context, &near);
+    vd_mesh_destroy(context, &far);
+    vd_context_destroy(&context);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_triangles_agree),
+        cmocka_unit_test(spheres_agree),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
