@@ -537,27 +537,6 @@ static inline vd_wide_f32 vd_wide_exp2_i32(vd_wide_i32 e) {
 
 /* ---- more of the above ----------------------------------------------------------------------- */
 
-static inline vd_wide_mask vd_wide_less_i32(vd_wide_i32 a, vd_wide_i32 b) {
-#if defined(__AVX512F__)
-    return _mm512_cmplt_epi32_mask((__m512i)a, (__m512i)b);
-#else
-    return a < b;
-#endif
-}
-
-/* b < a ? a : b */
-static inline vd_wide_i32 vd_wide_max_i32(vd_wide_i32 a, vd_wide_i32 b) {
-#if defined(__AVX512F__)
-    return (vd_wide_i32)_mm512_max_epi32((__m512i)a, (__m512i)b);
-#elif defined(__AVX2__)
-    return (vd_wide_i32)_mm256_max_epi32((__m256i)a, (__m256i)b);
-#elif defined(__SSE4_1__)
-    return (vd_wide_i32)_mm_max_epi32((__m128i)a, (__m128i)b);
-#else
-    return (vd_wide_i32)vd_wide_select_u32(b < a, (vd_wide_u32)a, (vd_wide_u32)b);
-#endif
-}
-
 static inline vd_wide_f32 vd_wide_abs_f32(vd_wide_f32 v) {
     return (vd_wide_f32)((vd_wide_i32)v & 0x7FFFFFFF);
 }
