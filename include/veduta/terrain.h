@@ -1,4 +1,4 @@
-/* terrain.h: drawing a heightfield.
+/* terrain.h: drawing a heightfield, or a function that has no end.
  *
  * The surface is bilinear within every cell of four neighbouring samples. A picture is, for each
  * sample position, the first point where its ray passes from the air into the ground. A ray that
@@ -11,7 +11,7 @@
 
 #include <veduta/camera.h>
 #include <veduta/colormap.h>
-#include <veduta/heightfield.h>
+#include <veduta/function.h>
 #include <veduta/job.h>
 #include <veduta/light.h>
 #include <veduta/target.h>
@@ -39,8 +39,17 @@ typedef struct vd_terrain_window {
 } vd_terrain_window;
 
 typedef struct vd_terrain_def {
-    const vd_heightfield *heightfield; /* not owned */
-    const vd_colormap *colormap;       /* colours by height where there are no colours; not owned */
+    /* What is drawn: exactly one is set; not owned. A function is drawn wherever the camera looks,
+     * from its values at a grid whose sample (c, r) lies at x = c·cell_m, y = −r·cell_m, and at
+     * multiples of 2, 4, 8 … cells farther away (`mip`); its own colours come before the colour
+     * map, which stretches over the heights within 2,048 cells of the origin. Of the options below
+     * it has no shadows and no window. */
+    const vd_heightfield *heightfield;
+    const vd_function *function;
+    double cell_m; /* of the function's finest cells, metres, above 0 */
+    double far_m;  /* of the function: nothing is drawn beyond, along the view axis; 0: as far as it
+                      makes a difference, at most 1,000 km unless the eye is higher than 4 km */
+    const vd_colormap *colormap; /* colours by height where there are no colours; not owned */
     vd_light light;
     vd_terrain_method method;
     vd_filter filter; /* of the colours */
@@ -57,8 +66,8 @@ typedef struct vd_terrain_def {
     uint64_t object_id;       /* the terrain's 64-bit id in the frame's table */
 } vd_terrain_def;
 
-/* Daylight from azimuth 315°, altitude 45°, no haze; linear filter, 4 samples, exaggeration 1,
- * shading, shadows and sky on, curvature off, object id 1. */
+/* Daylight from azimuth 315°, altitude 45°, no haze; linear filter, mip, 4 samples, exaggeration 1,
+ * shading, shadows and sky on, curvature off, cell_m 1, object id 1. */
 VD_API vd_terrain_def vd_terrain_def_default(void);
 
 typedef struct vd_frame_stats {
@@ -78,11 +87,13 @@ VD_API VD_MUST_USE vd_status vd_terrain_render(vd_context *context, vd_job *job,
                                                vd_frame *frame, vd_frame_stats *stats);
 
 /* ---- many pictures of one terrain ------------------------------------------------------------
- * What does not depend on the camera is derived once: coarser heights, maxima, colours with light
- * and shadow in them; about 8 bytes a sample and 5.3 bytes a texel of the colours. */
+ * Of a heightfield, what does not depend on the camera is derived once: coarser heights, maxima,
+ * colours with light and shadow in them; about 8 bytes a sample and 5.3 bytes a texel of the
+ * colours. A function is sampled anew for every picture: a few samples a pixel for each doubling of
+ * the distance, at 9.4 bytes, at most 2^26 of them. */
 typedef struct vd_terrain_renderer vd_terrain_renderer;
 
-/* Creates a renderer of `def`, whose heightfield and colormap must outlive it unchanged; *out is
+/* Creates a renderer of `def`, whose heightfield or function must outlive it unchanged; *out is
  * owned by the caller. `job` may be null. Cost: some passes over the map. Returns VD_ERROR_ARGUMENT
  * (names the field), VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
 VD_API VD_MUST_USE vd_status vd_terrain_renderer_create(vd_context *context, vd_job *job,
@@ -98,8 +109,8 @@ VD_API void vd_terrain_renderer_destroy(vd_terrain_renderer **renderer);
 VD_API VD_MUST_USE vd_status vd_terrain_renderer_light(vd_terrain_renderer *renderer, vd_job *job,
                                                        const vd_light *light);
 
-/* Draws as vd_terrain_render does. Allocates only when a picture is larger than any before. One
- * thread at a time. */
+/* Draws as vd_terrain_render does. Allocates only when a picture, or what it shows of a function,
+ * is larger than any before. One thread at a time. */
 VD_API VD_MUST_USE vd_status vd_terrain_renderer_draw(vd_terrain_renderer *renderer, vd_job *job,
                                                       const vd_camera *camera, vd_frame *frame,
                                                       vd_frame_stats *stats);

@@ -7,7 +7,7 @@
 #define BAND_ROWS 8      /* and at least as many rows in one */
 #define SMALL (64 << 10) /* elements that are not worth waking a thread for */
 
-static const vd_lens_kernels *kernels_for(vd_isa isa) {
+const vd_lens_kernels *vd_lens_kernels_for(vd_isa isa) {
 #if defined(__x86_64__)
     if (isa == VD_ISA_V4) {
         return &vd_lens_kernels_v4;
@@ -121,7 +121,7 @@ static void build_maxima(void *user, int index, int worker) {
 
 static vd_status build_levels(vd_job *job, const vd_heightfield *h, vd_lens_map *map) {
     const bool ground = h->holes < (uint64_t)h->width * (uint64_t)h->height;
-    build b = {.map = map, .kernels = kernels_for(vd_context_isa(map->context))};
+    build b = {.map = map, .kernels = vd_lens_kernels_for(vd_context_isa(map->context))};
     float low = ground ? h->min : INFINITY, high = ground ? h->max : -INFINITY;
     vd_status status = vd_success();
     for (b.level = 1; status.code == VD_OK && b.level < map->levels; b.level++) {
@@ -487,7 +487,7 @@ vd_status vd_lens_map_light(vd_lens_map *map, vd_job *job, const vd_terrain_def 
     void *counts = NULL, *room = NULL;
     l->map = map;
     l->def = def;
-    l->kernels = kernels_for(vd_context_isa(map->context));
+    l->kernels = vd_lens_kernels_for(vd_context_isa(map->context));
     l->workers = NULL;
     vd_status status = vd_lens_light_init(map, def, &l->light);
     const double *m = l->light.sample_from_texture;

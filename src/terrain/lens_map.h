@@ -62,8 +62,11 @@ typedef struct vd_lens_texture {
 
 typedef struct vd_lens_map {
     vd_context *context;
-    int width, height; /* samples of the map */
+    int width, height; /* samples of a heightfield; 0 of a function's map */
     int levels;        /* of detail, at least 1: the last is one cell, or the last that is useful */
+    double world_from_sample[6]; /* of level 0, as vd_heightfield.world_from_sample */
+    vd_terrain_window extent;    /* the cells of level 0 that all levels lie within */
+    double cell_pixels; /* a level's cells are this to half of this many pixels wide: lens_view.h */
     vd_lens_ground ground[VD_LENS_LEVELS];
     float lowest, highest; /* of all samples that are not holes, of all levels; 0, 0 without any */
     int textures;          /* sizes, at least 1; the last is 1 × 1 */
@@ -71,7 +74,11 @@ typedef struct vd_lens_map {
     /* Texture position (corner-based: texel centres at +½) of a sample position, at size 0:
      * u = t[0] + column·t[1] + row·t[2], v = t[3] + column·t[4] + row·t[5]. */
     double texture_from_sample[6];
-    void *memory[4]; /* what it owns */
+    /* Of a function, whose levels are windows for one camera: lens_function.h. */
+    bool windows;          /* and texel (c, r) of size k is sample (c, r) of level k */
+    float top;             /* in heights: above all ground */
+    double nearest, far_m; /* along the view axis, no ground is drawn outside [nearest, far_m] */
+    void *memory[4];       /* what it owns */
 } vd_lens_map;
 
 /* Builds the map of a heightfield: heights, maxima and room for textures, which are then lit by

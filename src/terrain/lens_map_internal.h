@@ -103,6 +103,10 @@ VD_MUST_USE vd_status vd_lens_map_lay_out(vd_context *context, const vd_terrain_
 VD_MUST_USE vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
                                          vd_lens_light *out);
 
+/* Of these, what needs no heightfield but light->map's least and greatest height: colours of the
+ * light and the table's scale. */
+void vd_lens_light_constants(const vd_terrain_def *def, vd_lens_light *light);
+
 /* Fills entries [first, end) of the table. */
 void vd_lens_light_fill(vd_lens_light *light, const vd_terrain_def *def, int first, int end);
 
@@ -116,7 +120,12 @@ typedef struct vd_lens_terms {
 } vd_lens_terms;
 
 vd_lens_terms vd_lens_terms_at(const vd_lens_light *light, int column, int row);
+uint32_t vd_lens_color_at(const vd_lens_light *light, float height); /* of the table */
+uint32_t vd_lens_lit(const vd_lens_light *light, uint32_t albedo, vd_lens_terms terms);
 uint32_t vd_lens_texel(const vd_lens_light *light, int x, int y);
+
+/* The kernels of a level (VD_ISA_V2 … VD_ISA_V4). */
+const struct vd_lens_kernels *vd_lens_kernels_for(vd_isa isa);
 
 /* ---- kernels ----------------------------------------------------------------------------------
  * Arrays may lie anywhere and are read and written within the counts given only. */

@@ -129,6 +129,10 @@ vd_status vd_lens_map_lay_out(vd_context *context, const vd_terrain_def *def, vd
     map.context = context;
     map.width = h->width;
     map.height = h->height;
+    memcpy(map.world_from_sample, h->world_from_sample, sizeof map.world_from_sample);
+    map.extent = (vd_terrain_window){0, 0, h->width - 1, h->height - 1};
+    map.cell_pixels = 1.0;
+    map.far_m = INFINITY;
     const size_t heights = lay_out_heights(&map, height_at), maxima = lay_out_maxima(&map);
     const size_t texels = lay_out_textures(h, &map, texture_at);
     map.memory[0] = vd_allocate(context, heights, sizeof(float));
@@ -205,23 +209,9 @@ void vd_lens_light_fill(vd_lens_light *light, const vd_terrain_def *def, int fir
     }
 }
 
-vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
-                             vd_lens_light *light) {
-    vd_surface surface;
-    const vd_status status = vd_surface_init(def, &surface);
-    if (status.code != VD_OK) {
-        return status;
-    }
+void vd_lens_light_constants(const vd_terrain_def *def, vd_lens_light *light) {
     const vd_light *from = &def->light;
-    const double *m = surface.sample_from_world;
-    light->map = def->heightfield;
-    light->heights = surface.heights;
-    light->stride = surface.stride;
     light->shading = def->shading;
-    const double slope[4] = {m[1], m[4], m[2], m[5]};
-    for (int i = 0; i < 4; i++) {
-        light->slope[i] = (float)(slope[i] * def->exaggeration);
-    }
     const vd_vec3 l = from->sun_direction;
     const float to_sun[3] = {(float)l.x, (float)l.y, (float)l.z};
     const float sun[3] = {from->sun.r, from->sun.g, from->sun.b};
@@ -233,10 +223,34 @@ vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
         light->ambient[i] = down[i];
         light->ambient_more[i] = up[i] - down[i];
     }
+    light->has_table = def->colormap != NULL;
+    light->table_count = 0;
+    light->counts = NULL;
+    if (light->has_table) {
+        scale_table(light);
+    }
+}
+
+vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
+                             vd_lens_light *light) {
+    vd_surface surface;
+    const vd_status status = vd_surface_init(def, &surface);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const double *m = surface.sample_from_world;
+    light->map = def->heightfield;
+    light->heights = surface.heights;
+    light->stride = surface.stride;
+    vd_lens_light_constants(def, light);
+    const double slope[4] = {m[1], m[4], m[2], m[5]};
+    for (int i = 0; i < 4; i++) {
+        light->slope[i] = (float)(slope[i] * def->exaggeration);
+    }
     for (int i = 0; i < 256; i++) {
         light->visible[i] = (float)vd_exp((double)i * (-1.0 / 12.0));
     }
-    light->shadows = def->shading && def->shadows && l.z > 0.0;
+    light->shadows = def->shading && def->shadows && def->light.sun_direction.z > 0.0;
     if (light->shadows) {
         aim_shadow(light, def);
     }
@@ -246,11 +260,5 @@ vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
     static const double at_samples[6] = {0.5, 1.0, 0.0, 0.5, 0.0, 1.0};
     light->coincide = memcmp(map->texture_from_sample, at_samples, sizeof at_samples) == 0 &&
                       map->texture[0].width == map->width && map->texture[0].height == map->height;
-    light->has_table = def->colormap != NULL;
-    light->table_count = 0;
-    light->counts = NULL;
-    if (light->has_table) {
-        scale_table(light);
-    }
     return status;
 }

@@ -162,7 +162,7 @@ static float height_at(const vd_lens_light *l, vd_lens_place c, vd_lens_place r)
                  : v[(r.weight >= 0.5f ? 2 : 0) + (c.weight >= 0.5f ? 1 : 0)];
 }
 
-static uint32_t color_by_height(const vd_lens_light *l, float height) {
+uint32_t vd_lens_color_at(const vd_lens_light *l, float height) {
     const float last = (float)(l->table_count - 1);
     float at = (height - l->table_from) * l->table_scale + 0.5f;
     at = at > 0.0f ? at : 0.0f; /* also NaN */
@@ -194,6 +194,16 @@ static uint32_t mixed_color(const vd_lens_light *l, int x, int y) {
     return mixed;
 }
 
+uint32_t vd_lens_lit(const vd_lens_light *l, uint32_t albedo, vd_lens_terms terms) {
+    const float sky = 0.5f + 0.5f * terms.up;
+    uint32_t lit = 0xFF000000u;
+    for (int i = 0; i < 3; i++) {
+        const float light = l->sun[i] * terms.direct + (l->ambient[i] + l->ambient_more[i] * sky);
+        lit |= vd_lens_encode(vd_lens_decode(component(albedo, i)) * light) << (8 * i);
+    }
+    return lit;
+}
+
 uint32_t vd_lens_texel(const vd_lens_light *l, int x, int y) {
     const double *m = l->sample_from_texture, u = x + 0.5, v = y + 0.5;
     const vd_lens_place c = vd_lens_place_at(m[0] + (u * m[1] + v * m[2]), l->map->width);
@@ -203,25 +213,20 @@ uint32_t vd_lens_texel(const vd_lens_light *l, int x, int y) {
         albedo = mixed_color(l, x, y);
     }
     if (l->has_table && albedo >> 24 < 128) { /* where imagery has nothing */
-        albedo = color_by_height(l, height_at(l, c, r));
+        albedo = vd_lens_color_at(l, height_at(l, c, r));
     }
-    uint32_t lit = albedo | 0xFF000000u;
-    if (l->shading) {
-        float direct[4], up[4];
-        for (int i = 0; i < 4; i++) {
-            const vd_lens_terms t = vd_lens_terms_at(l, c.first + i % 2, r.first + i / 2);
-            direct[i] = t.direct;
-            up[i] = t.up;
-        }
-        const float sun = bilinear(direct, c.weight, r.weight);
-        const float sky = 0.5f + 0.5f * bilinear(up, c.weight, r.weight);
-        lit = 0xFF000000u;
-        for (int i = 0; i < 3; i++) {
-            const float light = l->sun[i] * sun + (l->ambient[i] + l->ambient_more[i] * sky);
-            lit |= vd_lens_encode(vd_lens_decode(component(albedo, i)) * light) << (8 * i);
-        }
+    if (!l->shading) {
+        return albedo | 0xFF000000u;
     }
-    return lit;
+    float direct[4], up[4];
+    for (int i = 0; i < 4; i++) {
+        const vd_lens_terms t = vd_lens_terms_at(l, c.first + i % 2, r.first + i / 2);
+        direct[i] = t.direct;
+        up[i] = t.up;
+    }
+    const vd_lens_terms terms = {bilinear(direct, c.weight, r.weight),
+                                 bilinear(up, c.weight, r.weight)};
+    return vd_lens_lit(l, albedo, terms);
 }
 
 static void half(const vd_lens_texture *fine, const vd_lens_texture *coarse, uint32_t *to) {

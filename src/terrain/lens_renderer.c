@@ -16,12 +16,16 @@ static vd_status init(vd_context *context, vd_job *job, vd_terrain_renderer *ren
         return vd_out_of_memory("the terrain's workers", threads * sizeof *renderer->workers);
     }
     vd_lens_make_sky(&def->light, renderer->sky);
+    renderer->kernels = def->method == VD_TERRAIN_RAYCAST
+                            ? &vd_lens_methods_reference
+                            : vd_lens_methods_for(vd_context_isa(context));
+    if (def->function != NULL) {
+        return vd_lens_function_init(context, job, def, &renderer->function);
+    }
     if (def->method == VD_TERRAIN_RAYCAST) {
-        renderer->kernels = &vd_lens_methods_reference;
         vd_status status = vd_lens_map_init_reference(context, def, &renderer->map);
         return status.code == VD_OK ? vd_lens_map_light_reference(&renderer->map, def) : status;
     }
-    renderer->kernels = vd_lens_methods_for(vd_context_isa(context));
     vd_status status = vd_lens_map_init(context, job, def, &renderer->map);
     return status.code == VD_OK ? vd_lens_map_light(&renderer->map, job, def) : status;
 }
@@ -73,6 +77,7 @@ void vd_terrain_renderer_destroy(vd_terrain_renderer **renderer_in_out) {
     vd_terrain_renderer *renderer = *renderer_in_out;
     *renderer_in_out = NULL;
     vd_lens_map_finish(&renderer->map);
+    vd_lens_function_finish(&renderer->function);
     vd_release(renderer->context, renderer->depth);
     vd_release(renderer->context, renderer->starts);
     vd_release(renderer->context, renderer->workers);
@@ -89,8 +94,21 @@ vd_status vd_terrain_renderer_light(vd_terrain_renderer *renderer, vd_job *job,
     }
     renderer->def = def;
     vd_lens_make_sky(light, renderer->sky);
+    if (def.function != NULL) {
+        return status; /* lit with every picture */
+    }
     return def.method == VD_TERRAIN_RAYCAST ? vd_lens_map_light_reference(&renderer->map, &def)
                                             : vd_lens_map_light(&renderer->map, job, &def);
+}
+
+vd_status vd_lens_prepare(vd_terrain_renderer *renderer, vd_job *job, const vd_camera *camera,
+                          int width, int height) {
+    if (renderer->def.function == NULL) {
+        return vd_success();
+    }
+    return (renderer->def.method == VD_TERRAIN_RAYCAST ? vd_lens_function_aim_reference
+                                                       : vd_lens_function_aim)(
+        &renderer->function, job, &renderer->def, camera, width, height, &renderer->map);
 }
 
 /* Makes *array hold at least `count` floats. */
@@ -196,6 +214,9 @@ vd_status vd_terrain_renderer_draw(vd_terrain_renderer *renderer, vd_job *job,
     vd_status status = vd_camera_validate(camera);
     if (status.code == VD_OK) {
         status = register_object(frame, renderer->def.object_id, &terrain_id);
+    }
+    if (status.code == VD_OK) {
+        status = vd_lens_prepare(renderer, job, camera, frame->width, frame->height);
     }
     if (status.code != VD_OK) {
         return status;

@@ -2,6 +2,7 @@
 #ifndef VEDUTA_TERRAIN_LENS_RENDERER_H
 #define VEDUTA_TERRAIN_LENS_RENDERER_H
 
+#include "terrain/lens_function.h"
 #include "terrain/lens_view.h"
 
 typedef struct vd_lens_worker vd_lens_worker;
@@ -9,9 +10,10 @@ typedef struct vd_lens_worker vd_lens_worker;
 struct vd_terrain_renderer {
     vd_context *context;
     vd_terrain_def def;
-    vd_colormap colormap; /* def's, if it has one */
-    vd_lens_map map;
-    vd_lens_view view; /* of the last picture */
+    vd_colormap colormap;      /* def's, if it has one */
+    vd_lens_map map;           /* of a function: of the last picture */
+    vd_lens_function function; /* where def has one */
+    vd_lens_view view;         /* of the last picture */
     const vd_lens_methods *kernels;
     vd_lens_worker *workers; /* [threads] */
     float *depth, *starts;   /* see vd_lens_picture */
@@ -30,6 +32,11 @@ static inline int vd_lens_tile_count(int pixels) {
 
 /* Returns VD_ERROR_ARGUMENT with the field's name when a def cannot be drawn. */
 VD_MUST_USE vd_status vd_terrain_check(const vd_terrain_def *def);
+
+/* Makes the map of a picture of a function; nothing to do for a heightfield. Before vd_lens_draw
+ * of any of its tiles. Returns the errors of vd_lens_function_aim. */
+VD_MUST_USE vd_status vd_lens_prepare(vd_terrain_renderer *renderer, vd_job *job,
+                                      const vd_camera *camera, int width, int height);
 
 /* Draws some tiles of a picture. All arguments but job and stats are checked and not null. */
 VD_MUST_USE vd_status vd_lens_draw(vd_terrain_renderer *renderer, vd_job *job,

@@ -4,9 +4,6 @@
 #include "core/real.h"
 #include "terrain/heightfield_block.h"
 
-/* Between T(n) and T(n + 1) a cell of level n is CELL_PIXELS to CELL_PIXELS / 2 pixels wide. */
-#define CELL_PIXELS 1.0
-
 /* 2^−20: sixteen times the rounding of a float, for margins. */
 #define ROUNDING 0x1p-20
 
@@ -68,30 +65,27 @@ static double greatest(const vd_lens_affine *f, int width, int height) {
 }
 
 /* How far along the view axis the map begins: the nearest corner of its box, or 0. */
-static double nearest_axial(const vd_terrain_def *def, const vd_camera *camera, double lowest,
-                            double highest) {
-    const double *m = def->heightfield->world_from_sample;
+static double nearest_axial(const vd_terrain_def *def, const vd_camera *camera,
+                            const vd_lens_map *map) {
+    const double *m = map->world_from_sample;
     const vd_vec3 forward = vd_quat_rotate(camera->orientation, vd_vec3_make(0.0, 0.0, 1.0));
     double least = INFINITY;
     for (int i = 0; i < 8; i++) {
-        const double c = i & 1 ? def->heightfield->width - 1 : 0;
-        const double r = i & 2 ? def->heightfield->height - 1 : 0;
-        const double z = (i & 4 ? highest : lowest) * def->exaggeration;
+        const double c = i & 1 ? map->extent.columns : 0;
+        const double r = i & 2 ? map->extent.rows : 0;
+        const double z = (i & 4 ? map->highest : map->lowest) * def->exaggeration;
         const vd_vec3 p = {m[0] - camera->eye.x + (c * m[1] + r * m[2]),
                            m[3] - camera->eye.y + (c * m[4] + r * m[5]), z - camera->eye.z};
         const double axial = vd_vec3_dot(p, forward);
         least = axial < least ? axial : least;
     }
-    /* Curved ground is lower than the box; by how much depends on the ray. */
-    if (def->curvature) {
-        return 0.0;
-    }
     return least > 0.0 ? least : 0.0;
 }
 
-static int clamp_anchor(double position, int samples) {
+/* The whole sample at or below a position, within `first` … `last`. */
+static int clamp_anchor(double position, int first, int last) {
     const double p = floor(position);
-    return p < 0.0 ? 0 : p > samples - 1 ? samples - 1 : p == p ? (int)p : 0;
+    return p > first ? p < last ? (int)p : last : first; /* also NaN */
 }
 
 /* 2^n, exactly. */
@@ -99,20 +93,20 @@ static double power_of_two(int n) {
     return ldexp(1.0, n);
 }
 
-/* Distance at which a cell of level 0 is CELL_PIXELS wide; orthographic: the share of a level. */
-static double first_distance(const vd_terrain_def *def, const vd_camera *camera) {
-    const double *m = def->heightfield->world_from_sample;
+/* Distance at which a cell of level 0 is cell_pixels wide; orthographic: the share of a level. */
+static double first_distance(const vd_lens_map *map, const vd_camera *camera) {
+    const double *m = map->world_from_sample;
     const double cell = sqrt(fabs(m[1] * m[5] - m[2] * m[4]));
-    return cell * sqrt(camera->lens.fx * camera->lens.fy) / CELL_PIXELS;
+    return cell * sqrt(camera->lens.fx * camera->lens.fy) / map->cell_pixels;
 }
 
 static void make_slabs(const vd_terrain_def *def, const vd_camera *camera, int anchor_u,
                        int anchor_v, double t0, vd_lens_view *view) {
     const vd_lens_map *map = view->map;
-    const double first = first_distance(def, camera); /* T(0); T(n) = 2^n T(0) */
+    const double first = first_distance(map, camera); /* T(0); T(n) = 2^n T(0) */
     int begin = 0, end = def->mip ? map->levels : 1;
     if (view->orthographic && def->mip) {
-        /* One distance for all: the level whose cell is CELL_PIXELS to half of that. */
+        /* One distance for all: the level whose cell is cell_pixels to half of that. */
         while (begin + 1 < map->levels && first * power_of_two(begin + 1) <= 1.0) {
             begin++;
         }
@@ -124,12 +118,12 @@ static void make_slabs(const vd_terrain_def *def, const vd_camera *camera, int a
         const vd_lens_ground *ground = &map->ground[n];
         slab->ground = ground;
         slab->begin = n == begin ? -INFINITY : (float)(first * power_of_two(n) - t0);
-        slab->end = n + 1 == end ? INFINITY : (float)(first * power_of_two(n + 1) - t0);
+        slab->end = (float)((n + 1 == end ? map->far_m : first * power_of_two(n + 1)) - t0);
         slab->scale = (float)power_of_two(-n);
         slab->unscale = (float)power_of_two(n);
         const int column = anchor_u >> n, row = anchor_v >> n;
-        slab->shift_u = (float)(anchor_u - (column << n));
-        slab->shift_v = (float)(anchor_v - (row << n));
+        slab->shift_u = (float)(anchor_u - column * (1 << n));
+        slab->shift_v = (float)(anchor_v - row * (1 << n));
         slab->column = column - ground->column;
         slab->row = row - ground->row;
     }
@@ -164,8 +158,8 @@ static void make_textures(const vd_terrain_def *def, const vd_camera *camera, in
     view->texture_vu = (float)m[4], view->texture_vv = (float)m[5];
     const int last = map->textures < VD_LENS_TABLE ? map->textures - 1 : VD_LENS_TABLE - 1;
     view->texture_last = def->mip ? last : 0;
-    /* A texel of size 0 is CELL_PIXELS wide at T; size k begins at 2^k T. */
-    const double first = first_distance(def, camera) / (per_sample > 0.0 ? per_sample : 1.0);
+    /* A texel of size 0 is cell_pixels wide at T; size k begins at 2^k T. */
+    const double first = first_distance(map, camera) / (per_sample > 0.0 ? per_sample : 1.0);
     if (view->orthographic) {
         view->texture_t = 0.0f; /* t·0 has the exponent of 0: see vd_lens_texture_size */
         int size = 0;
@@ -187,7 +181,7 @@ static void make_textures(const vd_terrain_def *def, const vd_camera *camera, in
         view->texture_width[k] = texture->width;
         view->texture_height[k] = texture->height;
         view->texture_scale[k] = (float)power_of_two(-size);
-        const double half = view->nearest ? 0.0 : 0.5;
+        const double half = (view->nearest ? 0.0 : 0.5) - (map->windows ? 0.5 : 0.0);
         view->texture_u[k] = (float)(u * power_of_two(-size) - half - texture->column);
         view->texture_v[k] = (float)(v * power_of_two(-size) - half - texture->row);
     }
@@ -239,25 +233,28 @@ static void make_depth(const vd_terrain_def *def, const vd_camera *camera, vd_le
 void vd_lens_view_init(const vd_lens_map *map, const vd_terrain_def *def, const vd_camera *camera,
                        int width, int height, const uint32_t *sky, vd_lens_view *view) {
     memset(view, 0, sizeof *view);
-    const vd_heightfield *h = def->heightfield;
-    const double *m = h->world_from_sample;
+    const double *m = map->world_from_sample;
     double inverse[6];
     (void)vd_heightfield_invert(m, inverse); /* checked by vd_lens_map_init */
     view->map = map;
     view->orthographic = camera->projection == VD_PROJECTION_ORTHOGRAPHIC;
     affine3 origin, direction;
     make_rays(camera, &origin, &direction);
-    const double t0 = nearest_axial(def, camera, map->lowest, map->highest);
+    /* Curved ground is lower than the box; by how much depends on the ray. */
+    const double t0 = def->curvature ? 0.0
+                      : map->windows ? map->nearest
+                                     : nearest_axial(def, camera, map);
     const affine3 start = affine3_add_scaled(origin, direction, t0);
     /* Differences to the map's corner first: exact, wherever in the world both are. */
     const double x = camera->eye.x - m[0], y = camera->eye.y - m[3];
     const double u = inverse[1] * x + inverse[2] * y, v = inverse[4] * x + inverse[5] * y;
     const vd_vec3 middle = vd_vec3_add(start.at, vd_vec3_add(vd_vec3_scale(start.x, 0.5 * width),
                                                              vd_vec3_scale(start.y, 0.5 * height)));
-    const int anchor_u =
-        clamp_anchor(u + (inverse[1] * middle.x + inverse[2] * middle.y), h->width);
+    const vd_terrain_window *e = &map->extent;
+    const int anchor_u = clamp_anchor(u + (inverse[1] * middle.x + inverse[2] * middle.y),
+                                      e->column, e->column + e->columns);
     const int anchor_v =
-        clamp_anchor(v + (inverse[4] * middle.x + inverse[5] * middle.y), h->height);
+        clamp_anchor(v + (inverse[4] * middle.x + inverse[5] * middle.y), e->row, e->row + e->rows);
     view->u = project(start, inverse[1], inverse[2], u - anchor_u);
     view->v = project(start, inverse[4], inverse[5], v - anchor_v);
     view->ut = project(direction, inverse[1], inverse[2], 0.0);
@@ -279,14 +276,13 @@ void vd_lens_view_init(const vd_lens_map *map, const vd_terrain_def *def, const 
     view->sine = (float)def->exaggeration;
     view->t0 = (float)t0;
     view->begin = camera->near_m > t0 ? (float)(camera->near_m - t0) : 0.0f;
-    const vd_terrain_window all = {0, 0, h->width - 1, h->height - 1};
-    const vd_terrain_window window = def->window.columns > 0 ? def->window : all;
+    const vd_terrain_window window = def->window.columns > 0 ? def->window : *e;
     view->west = (float)(window.column - anchor_u);
     view->east_end = (float)(window.column + window.columns - anchor_u);
     view->north_end = (float)(window.row - anchor_v);
     view->south = (float)(window.row + window.rows - anchor_v);
     const double range = (double)map->highest - map->lowest;
-    view->top = (float)(map->highest + 1e-3 * range + 1e-3);
+    view->top = map->windows ? map->top : (float)(map->highest + 1e-3 * range + 1e-3);
     make_slabs(def, camera, anchor_u, anchor_v, t0, view);
     make_margins(def, width, height, view);
     make_textures(def, camera, anchor_u, anchor_v, view);

@@ -13,6 +13,7 @@ vd_terrain_def vd_terrain_def_default(void) {
     def.filter = VD_FILTER_LINEAR;
     def.mip = true;
     def.samples = 4;
+    def.cell_m = 1.0;
     def.exaggeration = 1.0;
     def.shading = true;
     def.shadows = true;
@@ -34,6 +35,11 @@ static vd_status check_window(const vd_terrain_def *def) {
     const vd_terrain_window *w = &def->window;
     const vd_heightfield *h = def->heightfield;
     const bool all = w->columns == 0 && w->rows == 0;
+    if (h == NULL) {
+        return all ? vd_success()
+                   : vd_failure(VD_ERROR_ARGUMENT, "the terrain is a function, which has no window "
+                                                   "of cells; leave the window 0");
+    }
     if (all || (w->column >= 0 && w->row >= 0 && w->columns > 0 && w->rows > 0 &&
                 w->columns <= h->width - 1 - w->column && w->rows <= h->height - 1 - w->row)) {
         return vd_success();
@@ -44,9 +50,31 @@ static vd_status check_window(const vd_terrain_def *def) {
                       w->columns, w->rows, w->column, w->row, h->width - 1, h->height - 1);
 }
 
+static vd_status check_ground(const vd_terrain_def *def) {
+    if ((def->heightfield == NULL) == (def->function == NULL)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "the terrain has %s a heightfield %s a function; set "
+                          "one of them",
+                          def->function == NULL ? "neither" : "both",
+                          def->function == NULL ? "nor" : "and");
+    }
+    if (def->function != NULL && !(def->cell_m > 0.0 && def->cell_m < 1e9)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "the terrain's cell_m is %g m; give the size of the function's finest "
+                          "cells, above 0 and below 1e9",
+                          def->cell_m);
+    }
+    if (def->function != NULL && !(def->far_m >= 0.0 && def->far_m < 1e9)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "the terrain's far_m is %g m; give 0 (automatic) to 1e9", def->far_m);
+    }
+    return vd_success();
+}
+
 vd_status vd_terrain_check(const vd_terrain_def *def) {
-    if (def->heightfield == NULL) {
-        return vd_failure(VD_ERROR_ARGUMENT, "the terrain has no heightfield; set one");
+    const vd_status ground = check_ground(def);
+    if (ground.code != VD_OK) {
+        return ground;
     }
     if ((unsigned)def->method >= VD_TERRAIN_METHOD_COUNT) {
         return vd_failure(VD_ERROR_ARGUMENT, "the terrain's method %d is unknown",
@@ -142,6 +170,9 @@ vd_status vd_terrain_estimate(vd_context *context, vd_job *job, const vd_terrain
     if (status.code == VD_OK) {
         status = vd_terrain_renderer_create(context, job, def, &renderer);
     }
+    if (status.code == VD_OK) {
+        status = vd_lens_prepare(renderer, job, camera, width, height);
+    }
     const double setup = (double)(vd_clock_ns() - start_ns) * 1e-9;
     const int tiles_x = vd_lens_tile_count(width), tiles = tiles_x * vd_lens_tile_count(height);
     /* At least 192 tiles, and a step that does not walk down one column. */
@@ -163,9 +194,27 @@ vd_status vd_terrain_estimate(vd_context *context, vd_job *job, const vd_terrain
     return status;
 }
 
+static vd_status explain_empty_function(const vd_terrain_def *def, const vd_camera *camera) {
+    const float x = (float)camera->eye.x, y = (float)camera->eye.y;
+    float ground;
+    vd_function_evaluate(def->function, 1, &x, &y, &ground, NULL);
+    if (camera->eye.z < ground * def->exaggeration) {
+        return vd_failure(VD_ERROR_EMPTY,
+                          "the picture is empty: the camera is under ground, at %.10g m where the "
+                          "function is at %.10g m; raise it",
+                          camera->eye.z, ground * def->exaggeration);
+    }
+    return vd_failure(VD_ERROR_EMPTY, "the picture is empty: the camera looks away from the "
+                                      "function, or it has no height where the camera looks; turn "
+                                      "or move it");
+}
+
 vd_status vd_terrain_explain_empty(const vd_terrain_def *def, const vd_camera *camera, int width,
                                    int height) {
     const vd_heightfield *h = def->heightfield;
+    if (h == NULL) {
+        return explain_empty_function(def, camera);
+    }
     if (h->holes == (uint64_t)h->width * (uint64_t)h->height) {
         return vd_failure(VD_ERROR_EMPTY, "the picture is empty: every height is missing (nodata); "
                                           "check the file's nodata value");
