@@ -303,8 +303,9 @@ static vd_status read_data(const vd_options *options, vd_render_settings *out) {
     }
     const char *extent = text_of(options, OPTION_EXTENT);
     const double *e = out->extent;
-    if (vd_read_numbers(extent, out->extent, 4) != 4 || !(e[0] < e[2]) || !(e[1] < e[3]) ||
-        !(fabs(e[0]) < 1e9 && fabs(e[1]) < 1e9 && fabs(e[2]) < 1e9 && fabs(e[3]) < 1e9)) {
+    if (extent != NULL &&
+        (vd_read_numbers(extent, out->extent, 4) != 4 || !(e[0] < e[2]) || !(e[1] < e[3]) ||
+         !(fabs(e[0]) < 1e9 && fabs(e[1]) < 1e9 && fabs(e[2]) < 1e9 && fabs(e[3]) < 1e9))) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "--extent: \"%.80s\" is not a rectangle; give X0,Y0,X1,Y1 in metres "
                           "(below 1e9) with X0 < X1 and Y0 < Y1",

@@ -113,7 +113,7 @@ typedef struct vd_render_settings {
     const char *const *inputs;
     int input_count;
     const char *function; /* a formula in place of inputs, or null */
-    double extent[4];     /* of the function: x0, y0, x1, y1, metres */
+    double extent[4];     /* of the function: x0, y0, x1, y1, metres; all 0: endless */
     int width, height, samples, threads, png_level;
     vd_filter filter;
     const char *color, *colormap;     /* color null: none */

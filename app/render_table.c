@@ -348,8 +348,8 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                        .type = VD_OPTION_TEXT,
                        .argument = "X0,Y0,X1,Y1",
                        .unit = "metres",
-                       .fallback = "-512,-512,512,512",
-                       .help = "what of --function is drawn: west, south, east, north; sampled "
+                       .help = "draw no more of --function than this: west, south, east, north; "
+                               "sampled "
                                "every --cell-size, else 1024 times along the longer side"},
     [OPTION_BANDS] = {.key = "bands",
                       .group = DATA,

@@ -50,7 +50,12 @@ static vd_light make_light(const vd_render_settings *s) {
 static vd_terrain_def make_def(const vd_render_settings *s, const vd_scene *scene,
                                const vd_colormap *colormap) {
     vd_terrain_def def = vd_terrain_def_default();
-    def.heightfield = scene->terrain;
+    if (scene->function != NULL) {
+        def.function = scene->function;
+        def.cell_m = scene->cell_m;
+    } else {
+        def.heightfield = scene->terrain;
+    }
     def.colormap = colormap;
     def.light = make_light(s);
     def.method = s->terrain_method;
@@ -71,10 +76,12 @@ static vd_status describe(vd_render_run *run, const vd_scene *scene, const vd_vi
     vd_view_flags(view, run->flags, sizeof run->flags);
     run->camera = vd_view_json(view);
     run->camera_all = s->json ? vd_view_describe(scene, view, s->exaggeration) : NULL;
-    run->terrain = json_pack("{s: i, s: i, s: f, s: f, s: I, s: s, s: b}", "width", t->width,
-                             "height", t->height, "min_m", (double)t->min, "max_m", (double)t->max,
-                             "missing", (json_int_t)scene->missing, "format", scene->format,
-                             "georeferenced", (int)(scene->kind != VD_CRS_NONE));
+    const bool endless = scene->function != NULL; /* has no size */
+    run->terrain =
+        json_pack("{s: i, s: i, s: f, s: f, s: I, s: s, s: b}", "width", endless ? 0 : t->width,
+                  "height", endless ? 0 : t->height, "min_m", (double)t->min, "max_m",
+                  (double)t->max, "missing", (json_int_t)scene->missing, "format", scene->format,
+                  "georeferenced", (int)(scene->kind != VD_CRS_NONE));
     if (run->camera == NULL || run->terrain == NULL || (s->json && run->camera_all == NULL)) {
         return vd_failure(VD_ERROR_MEMORY, "out of memory while describing the camera");
     }
@@ -114,8 +121,8 @@ static vd_status draw(vd_render_run *run, const vd_terrain_def *def, const vd_ca
         /* Where samples are missing the surface is open, and seen from its side there is none. */
         const vd_heightfield *h = def->heightfield;
         char missing[80] = "", share[16];
-        uint64_t all = (uint64_t)h->width * (uint64_t)h->height;
-        if (h->holes > 0 && 100 * h->holes > all) {
+        uint64_t all = h != NULL ? (uint64_t)h->width * (uint64_t)h->height : 0;
+        if (h != NULL && h->holes > 0 && 100 * h->holes > all) {
             vd_write_share(h->holes, all, share);
             snprintf(missing, sizeof missing,
                      "%s of the samples are missing, which --missing fill closes; ", share);
@@ -260,10 +267,31 @@ static void warn(vd_render_run *run, const vd_scene *scene, const vd_terrain_def
     }
 }
 
+/* Where nothing else is asked for, a formula without end is seen from the south, a little down: the
+ * relief around the origin is the lower half of the picture, the horizon lies over it. */
+static vd_camera_settings endless_camera(const vd_render_settings *s, const vd_scene *scene) {
+    static const double elevation = 10.0, reliefs = 8.0, least_cells = 200.0;
+    vd_camera_settings camera = s->camera;
+    double ground, relief;
+    vd_scene_origin(scene, &ground, &relief);
+    if (camera.target.kind == VD_POSITION_NONE) {
+        camera.target = (vd_position){VD_POSITION_WORLD, {0.0, 0.0, ground * s->exaggeration}};
+    }
+    if (camera.spelling == VD_SPELLING_ORBIT && !camera.elevation_given) {
+        camera.elevation = elevation;
+    }
+    if (camera.spelling == VD_SPELLING_ORBIT && camera.distance_m == 0.0) {
+        camera.distance_m = fmax(reliefs * relief * s->exaggeration, least_cells * scene->cell_m);
+    }
+    return camera;
+}
+
 static vd_status make_view(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def,
                            vd_view *out) {
     const vd_render_settings *s = run->settings;
-    const vd_camera_settings *camera = &s->camera;
+    const vd_camera_settings endless =
+        scene->function != NULL ? endless_camera(s, scene) : s->camera;
+    const vd_camera_settings *camera = &endless;
     vd_view view;
     vd_status status =
         vd_view_make(scene, camera, s->exaggeration, def->curvature, s->width, s->height, &view);

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -269,8 +270,84 @@ static void remember(vd_scene *scene, vd_dem *dem) {
 /* Samples along the longer side of a formula's extent when --cell-size is not given. */
 #define FUNCTION_SAMPLES 1024
 
+/* Samples along a side of what stands for an endless formula, and cells between them. */
+#define ORIGIN_SAMPLES 257
+#define ORIGIN_STEP 16
+
+static vd_status check_heights(vd_scene *scene, const char *where) {
+    const vd_heightfield *t = scene->terrain;
+    if (t->holes < (uint64_t)t->width * (uint64_t)t->height) {
+        return vd_success();
+    }
+    vd_heightfield_destroy(scene->context, &scene->terrain);
+    return vd_failure(VD_ERROR_EMPTY,
+                      "--function gives no height anywhere %s (every value is infinite or not a "
+                      "number); change %s",
+                      where, scene->function == NULL ? "one of them" : "it");
+}
+
+static void describe_function(vd_scene *scene) {
+    scene->kind = VD_CRS_NONE;
+    scene->crs_unit_m = 1.0;
+    scene->placement = (vd_placement){0.0, 0.0, 1.0, 1.0};
+    memcpy(scene->crs_from_sample, scene->terrain->world_from_sample,
+           sizeof scene->crs_from_sample);
+    snprintf(scene->height_type, sizeof scene->height_type, "formula");
+}
+
+static vd_status load_endless(vd_context *context, const vd_scene_def *def, vd_scene *scene) {
+    scene->cell_m = def->has_cell_size ? def->dem.cell_size_m : 1.0;
+    const double step = ORIGIN_STEP * scene->cell_m, edge = 0.5 * (ORIGIN_SAMPLES - 1) * step;
+    const vd_function_grid grid = {-edge, edge, step, ORIGIN_SAMPLES, ORIGIN_SAMPLES};
+    vd_status status = vd_function_compile(context, def->function, &scene->function);
+    if (status.code == VD_OK) {
+        status = vd_function_heightfield(context, NULL, scene->function, &grid, &scene->terrain);
+    }
+    if (status.code == VD_OK) {
+        status = check_heights(scene, "around the origin");
+    }
+    if (status.code != VD_OK) {
+        vd_function_destroy(context, &scene->function);
+        return status;
+    }
+    describe_function(scene);
+    snprintf(scene->format, sizeof scene->format, "formula without end, cells of %.6g m and more",
+             scene->cell_m);
+    return status;
+}
+
+static int compare_floats(const void *a, const void *b) {
+    const float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+void vd_scene_origin(const vd_scene *scene, double *ground, double *relief) {
+    static const double tail = 0.02;
+    const vd_heightfield *t = scene->terrain;
+    const size_t all = (size_t)t->width * (size_t)t->height, count = all - (size_t)t->holes;
+    *relief = (double)t->max - t->min;
+    float *sorted = vd_allocate(scene->context, all, sizeof *sorted);
+    for (size_t i = 0; sorted != NULL && i < all; i++) {
+        sorted[i] = vd_heightfield_at(t, (int)(i % (size_t)t->width), (int)(i / (size_t)t->width));
+    }
+    double middle = 0.5 * ((double)t->max + t->min);
+    if (sorted != NULL) {
+        qsort(sorted, all, sizeof *sorted, compare_floats); /* holes, −infinity, come first */
+        const float *first = sorted + t->holes;
+        const size_t low = (size_t)(tail * (double)(count - 1)), high = count - 1 - low;
+        *relief = (double)first[high] - first[low];
+        middle = 0.5 * ((double)first[high] + first[low]);
+    }
+    vd_release(scene->context, sorted);
+    const double here = vd_heightfield_height_at(t, 0.0, 0.0);
+    *ground = isfinite(here) && fabs(here - middle) <= *relief ? here : middle;
+}
+
 static vd_status load_function(vd_context *context, const vd_scene_def *def, vd_scene *scene) {
     const double *e = def->extent;
+    if (!(e[0] < e[2])) {
+        return load_endless(context, def, scene);
+    }
     const double wide = e[2] - e[0], high = e[3] - e[1];
     double cell = (wide > high ? wide : high) / FUNCTION_SAMPLES;
     if (def->has_cell_size) {
@@ -293,20 +370,14 @@ static vd_status load_function(vd_context *context, const vd_scene_def *def, vd_
     if (status.code != VD_OK) {
         return status;
     }
-    if (scene->terrain->holes == (uint64_t)grid.width * (uint64_t)grid.height) {
-        vd_heightfield_destroy(context, &scene->terrain);
-        return vd_failure(VD_ERROR_EMPTY, "--function gives no height anywhere in --extent (every "
-                                          "value is infinite or not a number); change one of them");
+    status = check_heights(scene, "in --extent");
+    if (status.code != VD_OK) {
+        return status;
     }
-    scene->kind = VD_CRS_NONE;
-    scene->crs_unit_m = 1.0;
-    scene->placement = (vd_placement){0.0, 0.0, 1.0, 1.0};
+    describe_function(scene);
     scene->missing = scene->terrain->holes;
-    memcpy(scene->crs_from_sample, scene->terrain->world_from_sample,
-           sizeof scene->crs_from_sample);
     snprintf(scene->format, sizeof scene->format, "formula, %d × %d samples %.6g m apart",
              grid.width, grid.height, cell);
-    snprintf(scene->height_type, sizeof scene->height_type, "formula");
     return vd_success();
 }
 
@@ -356,6 +427,7 @@ void vd_scene_finish(vd_scene *scene) {
     if (scene->context != NULL) {
         vd_release(scene->context, scene->crs);
         vd_heightfield_destroy(scene->context, &scene->terrain);
+        vd_function_destroy(scene->context, &scene->function);
         *scene = (vd_scene){0};
     }
 }

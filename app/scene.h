@@ -9,7 +9,7 @@ typedef struct vd_scene_def {
     const char *const *inputs; /* elevation files; several become one terrain */
     int input_count;
     const char *function; /* a formula in place of the files; null: files */
-    double extent[4];     /* what of the function is sampled: x0, y0, x1, y1, metres */
+    double extent[4];     /* what of the function is drawn: x0, y0, x1, y1, metres; all 0: all */
     vd_dem_def dem;       /* what the files do not say themselves */
     bool has_cell_size;
     int band; /* of the elevation files; 0: the first */
@@ -22,6 +22,8 @@ typedef struct vd_scene_def {
 typedef struct vd_scene {
     vd_context *context;
     vd_heightfield *terrain;
+    vd_function *function; /* endless; `terrain` is then what of it lies around the origin */
+    double cell_m;         /* of the function's finest cells */
     vd_crs_kind kind;
     char *crs; /* owned; null when there is none */
     double crs_unit_m;
@@ -44,6 +46,10 @@ void vd_write_share(uint64_t part, uint64_t whole, char out[16]);
 /* Loads elevation and imagery. What is remarkable goes to the context's log. */
 VD_MUST_USE vd_status vd_scene_load(vd_context *context, const vd_scene_def *def, vd_scene *out);
 void vd_scene_finish(vd_scene *scene);
+
+/* The height of an endless function at the origin, and how far the heights around it range, leaving
+ * out the lowest and the highest fiftieth. */
+void vd_scene_origin(const vd_scene *scene, double *ground, double *relief);
 
 /* Whether the Earth's curvature is on by default: for georeferenced data up to 1,000 km across. The
  * formula bends a flat map, and on whole continents it would bend it out of sight. */

@@ -560,7 +560,8 @@ static void test_function(void **state) {
     FAILS(1, "no height anywhere", "render", "--function", "h=x/0-x/0");
     FAILS(2, "X0 < X1", "render", "--function", "h=x", "--extent", "3,3,1,1");
     FAILS(2, "leave out a.png", "render", "--function", "h=x", "a.png");
-    FAILS(1, "--cell-size", "render", "--function", "h=x", "--cell-size", "1e-6");
+    FAILS(1, "--cell-size", "render", "--function", "h=x", "--extent=-9,-9,9,9", "--cell-size",
+          "1e-6");
     FAILS(2, "does not apply to --classic", "render", "--classic", "x=1", "--function", "h=x");
 }
 
