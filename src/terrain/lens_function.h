@@ -27,9 +27,10 @@
  * does touch. The plain reference samples whole windows: the tests' equality is the proof's check.
  *
  * How far. Ground is drawn up to def->far_m, or, where that is 0, up to the distance from which all
- * of it lies within half a pixel of the horizon; with haze, no further than 12 haze lengths, where
- * less than a 32,768th of a colour is left, but at least 256 times the eye's height, so that no
- * line is seen where sky begins; with curvature, up to the horizon of the highest ground.
+ * of it lies within half a pixel of the horizon; with haze, no further than 7 haze lengths, where
+ * less than a quarter of a step of an 8-bit channel is left of any colour, but at least 256 times
+ * the eye's height, so that no line is seen where sky begins; with curvature, up to the horizon of
+ * the highest ground.
  *
  * How much. All windows together hold at most VD_LENS_FUNCTION_SAMPLES samples. Where they would be
  * more, all levels are taken for nearer ground: their cells are 4 to 2 pixels wide instead of 2 to

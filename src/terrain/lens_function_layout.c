@@ -9,7 +9,7 @@
 #define BORDER 4        /* cells around what is seen; more than the cull grows squares by */
 #define PLANES 0x1p-12  /* by this share slices reach over their planes: far more than rounding */
 #define FAR_M 1e6       /* where nothing says how far ground is worth drawing */
-#define HAZES 12.0
+#define HAZES 7.0
 #define HEIGHTS 256.0
 
 /* The world's coordinates over those of a map are multiples of this many cells, so that all levels

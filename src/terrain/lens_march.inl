@@ -122,14 +122,19 @@ static inline i32 select_i32(mask m, i32 yes, i32 no) {
     return vd_wide_blend_i32(m, yes, no);
 }
 
+/* The ground's cell of a slab's. Wraps: the cells of lanes that are done are anything. */
+static inline i32 of_ground(i32 cell, int32_t first) {
+    return (i32)((vd_wide_u32)cell + (uint32_t)first);
+}
+
 /* Lanes whose cell is one of the ground's. */
 static inline mask is_inside(const vd_lens_slab *slab, i32 i, i32 j) {
     const vd_wide_u32 columns = (vd_wide_u32){0} + (uint32_t)slab->ground->columns;
     const vd_wide_u32 rows = (vd_wide_u32){0} + (uint32_t)slab->ground->rows;
     /* Unsigned, by flipping the highest bit: negative numbers are too great as well. */
     const i32 flip = vd_wide_splat_i32(INT32_MIN);
-    return vd_wide_less_i32((i + slab->column) ^ flip, (i32)columns ^ flip) &
-           vd_wide_less_i32((j + slab->row) ^ flip, (i32)rows ^ flip);
+    return vd_wide_less_i32(of_ground(i, slab->column) ^ flip, (i32)columns ^ flip) &
+           vd_wide_less_i32(of_ground(j, slab->row) ^ flip, (i32)rows ^ flip);
 }
 
 /* One step of the lanes of `here` through blocks. */
@@ -137,7 +142,8 @@ static inline void step_block(const vd_lens_slab *slab, walk *k, mask here) {
     const vd_lens_ground *g = slab->ground;
     const i32 zero = vd_wide_splat_i32(0);
     const i32 level = k->level;
-    const i32 column = (k->i + slab->column) >> level, row = (k->j + slab->row) >> level;
+    const i32 column_here = of_ground(k->i, slab->column), row_here = of_ground(k->j, slab->row);
+    const i32 column = column_here >> level, row = row_here >> level;
     i32 index =
         vd_wide_lookup_i32(g->offset, level) + row * vd_wide_lookup_i32(g->pitch, level) + column;
     index = select_i32(here, index, zero);
@@ -156,7 +162,7 @@ static inline void step_block(const vd_lens_slab *slab, walk *k, mask here) {
     const i32 j = cell_at(tb, k->v, k->vt, k->iv, to_f32(k->dv), to_f32(k->ev));
     /* Up where the parent ends with the block. */
     const i32 moved =
-        (((i + slab->column) ^ (k->i + slab->column)) | ((j + slab->row) ^ (k->j + slab->row))) >>
+        ((of_ground(i, slab->column) ^ column_here) | (of_ground(j, slab->row) ^ row_here)) >>
         (level + 1);
     const mask up = under & vd_wide_not(vd_wide_equal_i32(moved, zero)) &
                     vd_wide_less_i32(level, vd_wide_splat_i32(g->top));
