@@ -555,6 +555,14 @@ static void test_function(void **state) {
              "--method", "raycast", "--threads", "3");
     take_hash(second);
     assert_string_equal(first, second);
+    /* Without an extent there is no end. */
+    SUCCEEDS("render", "--function", formula, "--elevation", "25", "-s", "64x40", "-j");
+    take_hash(first);
+    expect_text(last.out, "formula without end", "the result");
+    SUCCEEDS("render", "--function", formula, "--elevation", "25", "-s", "64x40", "-j", "--method",
+             "raycast");
+    take_hash(second);
+    assert_string_equal(first, second);
     assert_int_equal(RUN("render", "--function", "h=co(x)"), 1);
     expect_text(last.err, "column 3", "standard error");
     FAILS(1, "no height anywhere", "render", "--function", "h=x/0-x/0");

@@ -202,8 +202,11 @@ static void sample(const work *w, const patch *p, int worker) {
     for (int from = 0; from < p->rows; from += BATCH_ROWS) {
         const int rows = p->rows - from < BATCH_ROWS ? p->rows - from : BATCH_ROWS;
         const int count = rows * p->columns;
-        for (int i = 0; i < count; i++) {
-            y[i] = i % p->columns == 0 ? (float)row_y(w, p->row + from + i / p->columns) : y[i - 1];
+        for (int k = 0; k < rows; k++) {
+            const float row = (float)row_y(w, p->row + from + k);
+            for (int i = 0; i < p->columns; i++) {
+                y[k * p->columns + i] = row;
+            }
         }
         vd_function_evaluate(w->def->function, (size_t)count, x, y, h, colors ? planes : NULL);
         measure(&w->f->workers[worker], h, count);
