@@ -37,8 +37,9 @@
  * 1, and so on; without levels of detail, or where there would be too many, the finest cells are
  * left out.
  *
- * Tried: cells of 1 to ½ pixel, as heightfields have: 4 times the samples, and hardly a difference,
- * as ground far away is seen at a shallow angle, where a row of pixels holds many cells.
+ * Tried: cells of 1 to ½ pixel, as heightfields have: slopes of rough ground are crisper, for 3.3
+ * times the memory and 2.0 to 2.3 times the processor time (1920 × 1080, two formulas; a third no
+ * longer fitted and was drawn as now).
  */
 #ifndef VEDUTA_TERRAIN_LENS_FUNCTION_H
 #define VEDUTA_TERRAIN_LENS_FUNCTION_H
@@ -47,9 +48,9 @@
 
 #define VD_LENS_FUNCTION_SAMPLES ((size_t)1 << 26) /* about 600 MiB */
 #define VD_LENS_FUNCTION_LEVELS VD_LENS_TABLE
-#define VD_LENS_FUNCTION_TILE 64   /* samples a side that are evaluated at once */
-#define VD_LENS_FUNCTION_CHUNK 256 /* samples a side of what one thread does at once: 4 × 4 tiles \
-                                    */
+#define VD_LENS_FUNCTION_TILE 64 /* samples a side that are evaluated at once */
+/* Samples a side of what one thread does at once: 4 × 4 tiles. */
+#define VD_LENS_FUNCTION_CHUNK 256
 
 /* The share of a picture's frustum between two planes across the view axis; all relative to the
  * eye. */
