@@ -64,6 +64,7 @@ typedef struct vd_drawing {
     vd_draw draw;
     const vd_mesh *mesh;
     const vd_shader *shader;
+    unsigned inputs;                /* the shader's, less what a plain material makes useless */
     vd_fragment_function *fragment; /* of the SIMD level in use; null: none */
     vd_mesh_view view;
     vd_topology topology; /* what is drawn: wireframes are lines */
@@ -160,6 +161,15 @@ void vd_surface_albedo(const vd_fragments *fragments, int uv, float (*albedo)[VD
 
 /* ---- the visibility buffer ------------------------------------------------------------------- */
 
+/* Samples of small triangles on their way into a window. */
+#define VD_PENDING 1024
+typedef struct vd_pending {
+    int count;
+    int32_t at[VD_PENDING]; /* index into the planes */
+    float depth[VD_PENDING];
+    uint32_t id[VD_PENDING];
+} vd_pending;
+
 /* Depth and id of the samples of a window of the picture, one plane a sample, as in vd_target. */
 typedef struct vd_visible {
     int x, y, width, height;
@@ -167,7 +177,8 @@ typedef struct vd_visible {
     size_t stride, plane;
     float *depth;
     uint32_t *id;
-    float hidden[8]; /* by sample: all depths of the window are at least this */
+    vd_pending *pending; /* null: only the reference fills it */
+    float hidden[8];     /* by sample: all depths of the window are at least this */
 } vd_visible;
 
 /* What a picture is made of, once prepared. */

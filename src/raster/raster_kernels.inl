@@ -17,6 +17,7 @@
 const vd_raster_kernels TABLE = {project,
                                  sort,
                                  fill_small,
+                                 flush,
                                  fill_setup,
                                  merge,
                                  shade_frame,
