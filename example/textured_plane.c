@@ -65,7 +65,8 @@ static vd_status draw(vd_context *context, const vd_mesh *mesh, const vd_texture
 }
 
 int main(int argc, char **argv) {
-    static const float positions[4][3] = {{-200, -200, 0}, {200, -200, 0}, {200, 200, 0}, {-200, 200, 0}};
+    static const float positions[4][3] = {
+        {-200, -200, 0}, {200, -200, 0}, {200, 200, 0}, {-200, 200, 0}};
     static const float uvs[4][2] = {{0, 100}, {100, 100}, {100, 0}, {0, 0}};
     static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
     vd_texture_filter filter = VD_TEXTURE_ANISOTROPIC;

@@ -10,8 +10,7 @@ enum { SIDES = 24, RINGS = 40, VERTICES = SIDES * RINGS };
 /* Points on a torus around z, by two angles that go round in steps: each next point of a circle is
  * the last one turned. */
 static void make_torus(float positions[VERTICES][3], uint32_t indices[VERTICES][6]) {
-    const vd_quat step =
-        vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), 6.283185307179586 / RINGS);
+    const vd_quat step = vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), 6.283185307179586 / RINGS);
     const vd_quat tilt = vd_quat_from_axis_angle(vd_vec3_make(0, 1, 0), 6.283185307179586 / SIDES);
     vd_vec3 around = {0.4, 0, 0};
     for (int side = 0; side < SIDES; side++, around = vd_quat_rotate(tilt, around)) {
@@ -22,8 +21,8 @@ static void make_torus(float positions[VERTICES][3], uint32_t indices[VERTICES][
             positions[v][0] = (float)p.x;
             positions[v][1] = (float)p.y;
             positions[v][2] = (float)p.z;
-            const int quad[6] = {v,     side * RINGS + next, below + next,
-                                 v,     below + next,        below + ring};
+            const int quad[6] = {v, side * RINGS + next, below + next,
+                                 v, below + next,        below + ring};
             for (int i = 0; i < 6; i++) {
                 indices[v][i] = (uint32_t)quad[5 - i];
             }
@@ -32,7 +31,7 @@ static void make_torus(float positions[VERTICES][3], uint32_t indices[VERTICES][
 }
 
 static vd_status draw(vd_raster *raster, const vd_mesh *mesh, vd_frame *frame) {
-    const vd_vec3 eye = {0, -7.5, 4.5}, target = {0, 0, 0};
+    const vd_vec3 eye = {0, -8.5, 5}, target = {0, 0, 0};
     vd_camera camera = {.eye = eye,
                         .orientation = vd_orientation_look_at(eye, target),
                         .lens = vd_lens_from_fov(0.4, frame->width, frame->height),
@@ -41,7 +40,7 @@ static vd_status draw(vd_raster *raster, const vd_mesh *mesh, vd_frame *frame) {
     for (int i = 0; i < 3; i++) {
         draws[i] = vd_draw_default();
         draws[i].mesh = mesh;
-        draws[i].world_from_mesh = vd_matrix_translation(vd_vec3_make(3.0 * (i - 1), 0, 0));
+        draws[i].world_from_mesh = vd_matrix_translation(vd_vec3_make(2.8 * (i - 1), 0, 0));
         draws[i].fill = (vd_fill)i;
         draws[i].object_id = 1 + (uint64_t)i;
     }
