@@ -1,21 +1,37 @@
 /* bench.c: `veduta bench`, measured tables. */
 #include "bench.h"
 #include "commands.h"
-#include "commit.h"
 #include "options.h"
 
-#include <inttypes.h>
-#include <jansson.h>
-#include <stdio.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
-enum { OPTION_JSON, OPTION_THREADS, OPTION_REPEAT, OPTION_ISA, OPTION_LIST, OPTION_HELP };
+enum {
+    OPTION_JSON,
+    OPTION_PLOT,
+    OPTION_THREADS,
+    OPTION_REPEAT,
+    OPTION_ISA,
+    OPTION_MAP,
+    OPTION_QUICK,
+    OPTION_LIST,
+    OPTION_HELP
+};
 
 /* The most measured runs of one thing, and how long they may take together, in seconds. */
 #define MOST_RUNS 1000
+#define MOST_AUTOMATIC_RUNS 200
 #define RUN_SECONDS 2.0
+#define LEAST_RUNS 5
+#define MOST_CASES 128
+
+static bool is_map_name(const char *text) {
+    return strcmp(text, "mont-blanc") == 0 || strcmp(text, "noise") == 0;
+}
 
 static const vd_option table[] = {
     {.key = "json",
@@ -23,6 +39,11 @@ static const vd_option table[] = {
      .type = VD_OPTION_FILE,
      .argument = "FILE",
      .help = "write the results as JSON; - is standard output"},
+    {.key = "plot",
+     .group = "Options",
+     .type = VD_OPTION_FILE,
+     .argument = "DIR",
+     .help = "draw every sweep with gnuplot: DIR/CASE.svg"},
     {.key = "threads",
      .group = "Options",
      .type = VD_OPTION_TEXT,
@@ -37,13 +58,28 @@ static const vd_option table[] = {
      .argument = "N",
      .fallback = "0",
      .help = "measured runs of each, after one to warm up; 0: what fits into two seconds, "
-             "at least 5"},
+             "at least 5 (sweeps 0.4 s, 3)"},
     {.key = "isa",
      .group = "Options",
      .type = VD_OPTION_TEXT,
      .argument = "v2,v3,v4",
      .help = "SIMD levels to measure with; otherwise the best of this processor"},
-    {.key = "list", .group = "Options", .type = VD_OPTION_SWITCH, .help = "list the cases and end"},
+    {.key = "map",
+     .group = "Options",
+     .type = VD_OPTION_FILE,
+     .argument = "NAME|FILE",
+     .fallback = "mont-blanc",
+     .is_name = is_map_name,
+     .help = "the map under classic, shadow and lens cases: mont-blanc, noise or a picture of "
+             "heights"},
+    {.key = "quick",
+     .group = "Options",
+     .type = VD_OPTION_SWITCH,
+     .help = "the first three points of every sweep: to try the bench, not to measure"},
+    {.key = "list",
+     .group = "Options",
+     .type = VD_OPTION_SWITCH,
+     .help = "list the cases and groups and end"},
     {.key = "help",
      .group = "Options",
      .type = VD_OPTION_SWITCH,
@@ -59,30 +95,51 @@ static double read_clock_ms(clockid_t clock) {
     return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
 }
 
+double bench_wall_ms(void) {
+    return read_clock_ms(CLOCK_MONOTONIC);
+}
+
+double bench_cpu_ms(void) {
+    return read_clock_ms(CLOCK_PROCESS_CPUTIME_ID);
+}
+
+double bench_children_cpu_ms(void) {
+    struct rusage usage;
+    getrusage(RUSAGE_CHILDREN, &usage);
+    return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) * 1e3 +
+           (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) * 1e-3;
+}
+
 static int compare_times(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-vd_status bench_measure(bench_run *run, bench_work *work, void *user, clockid_t clock,
+/* Measured runs of what took `estimate_ms` once. */
+static int count_runs(const bench_run *run, double estimate_ms) {
+    if (run->repeat > 0) {
+        return run->repeat;
+    }
+    double fitting = run->seconds * 1e3 / (estimate_ms > 1e-3 ? estimate_ms : 1e-3);
+    return fitting < run->least_runs       ? run->least_runs
+           : fitting > MOST_AUTOMATIC_RUNS ? MOST_AUTOMATIC_RUNS
+                                           : (int)fitting;
+}
+
+vd_status bench_measure(bench_run *run, bench_work *work, void *user, bench_clock *clock_ms,
                         bench_result *result) {
     if (!run->quiet) {
-        fprintf(stderr, "\r\033[K%s: %s, %d thread%s", result->case_name, result->method,
+        fprintf(stderr, "\r\033[K%s: %s, %d thread%s", result->of->name, result->method,
                 result->threads, result->threads == 1 ? "" : "s");
     }
-    double start_ms = read_clock_ms(CLOCK_MONOTONIC);
+    double start_ms = bench_wall_ms();
     vd_status status = work(user);
-    double estimate_ms = read_clock_ms(CLOCK_MONOTONIC) - start_ms;
-    int runs = run->repeat;
-    if (runs == 0) {
-        double fitting = RUN_SECONDS * 1e3 / (estimate_ms > 1e-3 ? estimate_ms : 1e-3);
-        runs = fitting < 5 ? 5 : fitting > 200 ? 200 : (int)fitting;
-    }
+    int runs = count_runs(run, bench_wall_ms() - start_ms);
     double times_ms[MOST_RUNS];
     for (int i = 0; i < runs && status.code == VD_OK; i++) {
-        start_ms = read_clock_ms(clock);
+        start_ms = clock_ms();
         status = work(user);
-        times_ms[i] = read_clock_ms(clock) - start_ms;
+        times_ms[i] = clock_ms() - start_ms;
     }
     if (!run->quiet) {
         fprintf(stderr, "\r\033[K");
@@ -106,114 +163,32 @@ vd_status bench_add(bench_run *run, const bench_result *result) {
     return vd_success();
 }
 
-/* ---- what comes out ---------------------------------------------------------------------------*/
-
-/* The result that this one is compared with: null when its case has none. */
-static const bench_result *reference_of(const bench_run *run, const bench_result *result) {
-    for (int i = 0; i < run->result_count; i++) {
-        const bench_result *other = &run->results[i];
-        if (other->reference && strcmp(other->case_name, result->case_name) == 0 &&
-            other->isa == result->isa) {
-            return other;
-        }
+vd_status bench_add_published(bench_run *run, const bench_case *self) {
+    vd_status status = vd_success();
+    const bench_published *figure = self->published;
+    for (; figure != NULL && figure->method != NULL && status.code == VD_OK; figure++) {
+        bench_result result = bench_result_of(self, figure->method);
+        result.published = true;
+        result.width = self->width;
+        result.height = self->rows;
+        result.median_ms = 1e3 / figure->fps;
+        snprintf(result.note, sizeof result.note, "published: %s", figure->note);
+        status = bench_add(run, &result);
     }
-    return NULL;
-}
-
-static void print_table(const bench_run *run, FILE *out) {
-    fprintf(out, "%-15s %-10s %7s %-4s %10s %10s %10s %9s %9s  %-16s\n", "case", "method",
-            "threads", "isa", "median ms", "p99 ms", "min ms", "speed", "peak MB", "picture");
-    for (int i = 0; i < run->result_count; i++) {
-        const bench_result *r = &run->results[i];
-        const bench_result *reference = reference_of(run, r);
-        char ratio[24] = "", peak[24] = "", picture[24] = "";
-        if (reference != NULL && r->median_ms > 0) {
-            snprintf(ratio, sizeof ratio, "%.2fx", reference->median_ms / r->median_ms);
-        }
-        if (r->peak_bytes > 0) {
-            snprintf(peak, sizeof peak, "%.1f", (double)r->peak_bytes / 1e6);
-        }
-        if (r->has_hash) {
-            snprintf(picture, sizeof picture, "%016" PRIx64, r->hash);
-        }
-        fprintf(out, "%-15s %-10s %7d %-4s %10.3f %10.3f %10.3f %9s %9s  %-16s%s%s\n", r->case_name,
-                r->method, r->threads, vd_isa_name(r->isa), r->median_ms, r->p99_ms, r->min_ms,
-                ratio, peak, picture, r->note[0] ? "  " : "", r->note);
-    }
-    fprintf(out, "speed: against the line of the case that says 1.00x, at the same SIMD level\n");
-}
-
-/* The processor's own name, from /proc/cpuinfo. */
-static void read_cpu_name(char *out, size_t out_bytes) {
-    snprintf(out, out_bytes, "unknown");
-    FILE *file = fopen("/proc/cpuinfo", "r");
-    if (file == NULL) {
-        return;
-    }
-    char line[512];
-    while (fgets(line, sizeof line, file) != NULL) {
-        char *colon = strchr(line, ':');
-        if (strncmp(line, "model name", 10) == 0 && colon != NULL) {
-            colon += 1 + strspn(colon + 1, " \t");
-            colon[strcspn(colon, "\n")] = '\0';
-            snprintf(out, out_bytes, "%s", colon);
-            break;
-        }
-    }
-    fclose(file);
-}
-
-static json_t *result_as_json(const bench_result *r) {
-    char hash[24];
-    snprintf(hash, sizeof hash, "%016" PRIx64, r->hash);
-    return json_pack("{s:s, s:s, s:i, s:s, s:i, s:i, s:f, s:f, s:f, s:I, s:o}", "case",
-                     r->case_name, "method", r->method, "threads", r->threads, "isa",
-                     vd_isa_name(r->isa), "width", r->width, "height", r->height, "median_ms",
-                     r->median_ms, "p99_ms", r->p99_ms, "min_ms", r->min_ms, "peak_bytes",
-                     (json_int_t)r->peak_bytes, "hash",
-                     r->has_hash ? json_string(hash) : json_null());
-}
-
-static vd_status write_json(const bench_run *run, const char *path) {
-    char cpu[256];
-    read_cpu_name(cpu, sizeof cpu);
-    json_t *results = json_array();
-    for (int i = 0; i < run->result_count; i++) {
-        json_array_append_new(results, result_as_json(&run->results[i]));
-    }
-    json_t *root =
-        json_pack("{s:s, s:s, s:s, s:s, s:o}", "commit", VEDUTA_COMMIT, "compiler", VEDUTA_COMPILER,
-                  "flags", VEDUTA_FLAGS, "cpu", cpu, "results", results);
-    char *text = root ? json_dumps(root, JSON_INDENT(2) | JSON_REAL_PRECISION(7)) : NULL;
-    json_decref(root);
-    if (text == NULL) {
-        return vd_failure(VD_ERROR_MEMORY, "out of memory while writing %.200s", path);
-    }
-    vd_status status = vd_write_text(path, text);
-    free(text);
     return status;
 }
 
-/* Every method of a case must have drawn the reference's picture, on every SIMD level. */
-static vd_status check_pictures(const bench_run *run) {
-    for (int i = 0; i < run->result_count; i++) {
-        const bench_result *r = &run->results[i];
-        for (int j = 0; r->same_picture && j < i; j++) {
-            const bench_result *first = &run->results[j];
-            if (!first->same_picture || strcmp(first->case_name, r->case_name) != 0) {
-                continue;
-            }
-            if (first->hash != r->hash) {
-                return vd_failure(VD_ERROR_FORMAT,
-                                  "case %s: the picture of %s with %d threads at %s differs from "
-                                  "that of %s with %d at %s; this is a bug, please report it",
-                                  r->case_name, r->method, r->threads, vd_isa_name(r->isa),
-                                  first->method, first->threads, vd_isa_name(first->isa));
-            }
-            break;
-        }
+bench_result bench_result_of(const bench_case *self, const char *method) {
+    bench_result result = {.of = self, .at = NAN, .threads = 1};
+    snprintf(result.method, sizeof result.method, "%s", method);
+    return result;
+}
+
+double bench_target_fps(const bench_case *self, vd_isa isa, int threads) {
+    if (threads != 2) {
+        return 0;
     }
-    return vd_success();
+    return self->target_fps / (isa == VD_ISA_V4 ? 1 : isa == VD_ISA_V3 ? 2 : 5);
 }
 
 /* ---- the command ------------------------------------------------------------------------------*/
@@ -221,37 +196,96 @@ static vd_status check_pictures(const bench_run *run) {
 static void print_cases(FILE *out) {
     const bench_case *found;
     for (int i = 0; (found = bench_case_at(i)) != NULL; i++) {
-        fprintf(out, "  %-15s %s\n", found->name, found->help);
+        fprintf(out, "  %-21s %s\n", found->name, found->help);
+    }
+    fprintf(out, "\nGroups\n");
+    const bench_group *group;
+    for (int i = 0; (group = bench_group_at(i)) != NULL; i++) {
+        fprintf(out, "  %-21s %s:\n", group->name, group->help);
+        fprintf(out, "  %-21s   %s\n", "", group->members);
     }
 }
 
 static void print_help(void) {
     printf(
         "veduta bench: measure, and check that what is fast draws the same picture\n\n"
-        "  veduta bench CASE… [--json FILE] [--threads 1,2] [--repeat N] [--isa v2,v3,v4]\n\n"
+        "  veduta bench CASE… [--json FILE] [--plot DIR] [--threads 1,2] [--isa v2,v3,v4]\n\n"
         "Prints a table: median, 99th percentile and minimum after a run to warm up. Ends with 1\n"
         "when pictures that must be equal are not.\n\nCases\n");
     print_cases(stdout);
     vd_options_print_help(table, (int)(sizeof table / sizeof table[0]), stdout);
     printf("\nExamples\n"
-           "  veduta bench classic --threads 1,2 --json classic.json\n"
-           "  veduta bench png startup\n");
+           "  veduta bench terrain --json terrain.json --plot plots\n"
+           "  veduta bench classic-default --isa v2,v3,v4\n"
+           "  veduta bench classic --map heights.png --threads 1,2,4\n");
 }
 
 static const bench_case *find_case(const char *name) {
-    const char *names[64];
-    int count = 0;
     const bench_case *found;
-    for (; count < 64 && (found = bench_case_at(count)) != NULL; count++) {
+    for (int i = 0; (found = bench_case_at(i)) != NULL; i++) {
         if (strcmp(found->name, name) == 0) {
             return found;
         }
-        names[count] = found->name;
+    }
+    return NULL;
+}
+
+static const bench_group *find_group(const char *name) {
+    const bench_group *found;
+    for (int i = 0; (found = bench_group_at(i)) != NULL; i++) {
+        if (strcmp(found->name, name) == 0) {
+            return found;
+        }
+    }
+    return NULL;
+}
+
+/* The cases to run, each once, in the order in which they were named. */
+typedef struct selection {
+    const bench_case *cases[MOST_CASES];
+    int count;
+} selection;
+
+/* Adds a case, or the members of a group; false when there is no such name. */
+static bool select_name(selection *selected, const char *name) {
+    const bench_case *found = find_case(name);
+    if (found != NULL) {
+        for (int i = 0; i < selected->count; i++) {
+            if (selected->cases[i] == found) {
+                return true;
+            }
+        }
+        if (selected->count < MOST_CASES) {
+            selected->cases[selected->count++] = found;
+        }
+        return true;
+    }
+    const bench_group *group = find_group(name);
+    const char *at = group != NULL ? group->members : "";
+    while (*at != '\0') {
+        char member[64];
+        size_t length = strcspn(at, " ");
+        snprintf(member, sizeof member, "%.*s", (int)length, at);
+        if (!select_name(selected, member)) {
+            return false;
+        }
+        at += length + strspn(at + length, " ");
+    }
+    return group != NULL;
+}
+
+static void say_unknown(const char *name) {
+    const char *names[2 * MOST_CASES];
+    int count = 0;
+    for (int i = 0; i < MOST_CASES && bench_case_at(i) != NULL; i++) {
+        names[count++] = bench_case_at(i)->name;
+    }
+    for (int i = 0; i < MOST_CASES && bench_group_at(i) != NULL; i++) {
+        names[count++] = bench_group_at(i)->name;
     }
     const char *nearest = vd_nearest_name(name, names, count);
     fprintf(stderr, "veduta: there is no case %s%s%s%s; `veduta bench --list` lists them\n", name,
             nearest ? ", did you mean " : "", nearest ? nearest : "", nearest ? "?" : "");
-    return NULL;
 }
 
 /* Reads --threads and --isa; false, with a sentence said, when they are bad. */
@@ -296,21 +330,24 @@ static bool read_lists(const vd_options *options, bench_run *run) {
 }
 
 /* Runs the cases, prints and writes what they gave. */
-static vd_status run_cases(bench_run *run, const vd_options *options) {
+static vd_status run_cases(bench_run *run, const selection *selected, const vd_options *options) {
     const char *json = options->values[OPTION_JSON].text;
-    vd_status status = vd_success();
-    for (int i = 0; i < options->input_count && status.code == VD_OK; i++) {
-        const bench_case *chosen = find_case(options->inputs[i]);
-        status = chosen->function(run, chosen->name);
+    const char *plot = options->values[OPTION_PLOT].text;
+    vd_status status = plot != NULL ? bench_plot_prepare(plot) : vd_success();
+    for (int i = 0; i < selected->count && status.code == VD_OK; i++) {
+        status = selected->cases[i]->function(run, selected->cases[i]);
     }
     if (status.code != VD_OK) {
         return status;
     }
-    print_table(run, json != NULL && strcmp(json, "-") == 0 ? stderr : stdout);
+    bench_print_table(run, json != NULL && strcmp(json, "-") == 0 ? stderr : stdout);
     if (json != NULL) {
-        status = write_json(run, json);
+        status = bench_write_json(run, json);
     }
-    return status.code == VD_OK ? check_pictures(run) : status;
+    if (status.code == VD_OK && plot != NULL) {
+        status = bench_plot(run, plot);
+    }
+    return status.code == VD_OK ? bench_check_pictures(run) : status;
 }
 
 /* Parses and runs; the options and the run are released by the caller. */
@@ -333,8 +370,10 @@ static int bench(vd_options *options, bench_run *run, int argc, char **argv) {
                         "`veduta bench --list` lists them\n");
         return 2;
     }
+    selection selected = {.count = 0};
     for (int i = 0; i < options->input_count; i++) {
-        if (find_case(options->inputs[i]) == NULL) {
+        if (!select_name(&selected, options->inputs[i])) {
+            say_unknown(options->inputs[i]);
             return 2;
         }
     }
@@ -342,8 +381,12 @@ static int bench(vd_options *options, bench_run *run, int argc, char **argv) {
         return 2;
     }
     run->repeat = (int)options->values[OPTION_REPEAT].number;
+    run->seconds = RUN_SECONDS;
+    run->least_runs = LEAST_RUNS;
+    run->map = options->values[OPTION_MAP].text;
+    run->quick = options->values[OPTION_QUICK].number != 0;
     run->quiet = isatty(STDERR_FILENO) == 0;
-    status = run_cases(run, options);
+    status = run_cases(run, &selected, options);
     if (status.code != VD_OK) {
         fprintf(stderr, "veduta: %s\n", status.message);
         return 1;

@@ -165,6 +165,17 @@ static vd_status describe(vd_render_run *run, const vd_heightfield *map) {
         used += (size_t)snprintf(run->flags + used, sizeof run->flags - used, "%s%s=%s",
                                  i > 0 ? "," : "", keys[i].key, number);
     }
+    const struct {
+        const char *key;
+        bool on;
+    } switches[] = {{"mip", c->mip}, {"smooth", c->smooth}};
+    for (size_t i = 0; i < sizeof switches / sizeof switches[0]; i++) {
+        if (switches[i].on) {
+            failed |= json_object_set_new(values, switches[i].key, json_integer(1)) != 0;
+            used += (size_t)snprintf(run->flags + used, sizeof run->flags - used, ",%s=1",
+                                     switches[i].key);
+        }
+    }
     run->camera = json_pack("{s: s, s: o}", "veduta", vd_version(), "classic", values);
     run->camera_all = json_pack("{s: s, s: O}", "flags", run->flags, "options", run->camera);
     run->terrain = json_pack("{s: i, s: i, s: f, s: f}", "width", map->width, "height", map->height,

@@ -331,6 +331,7 @@ static vd_status read_data(const vd_options *options, vd_render_settings *out) {
  */
 
 static vd_status read_classic_key(const char *pair, vd_classic_def *def, double *yaw) {
+    double mip = def->mip, smooth = def->smooth;
     const struct {
         const char *key;
         double *value;
@@ -346,6 +347,8 @@ static vd_status read_classic_key(const char *pair, vd_classic_def *def, double 
         {"z0", &def->z0},
         {"step", &def->step},
         {"growth", &def->growth},
+        {"mip", &mip},
+        {"smooth", &smooth},
     };
     enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
     const char *names[KEY_COUNT];
@@ -363,14 +366,20 @@ static vd_status read_classic_key(const char *pair, vd_classic_def *def, double 
                               "one, such as %s=1",
                               pair, key);
         }
+        if ((mip != 0.0 && mip != 1.0) || (smooth != 0.0 && smooth != 1.0)) {
+            return vd_failure(VD_ERROR_ARGUMENT, "--classic: %s is on or off; give %s=1 or %s=0",
+                              key, key, key);
+        }
         def->yaw_rad = *yaw * VD_RADIANS_PER_DEGREE;
+        def->mip = mip != 0.0;
+        def->smooth = smooth != 0.0;
         return vd_success();
     }
     const char *nearest = vd_nearest_name(key, names, KEY_COUNT);
     return vd_failure(VD_ERROR_ARGUMENT, "--classic: there is no key \"%s\"; %s%s", key,
                       nearest != NULL ? "did you mean "
                                       : "the keys are x, y, height, yaw, horizon, "
-                                        "scale, view, distance, z0, step and growth",
+                                        "scale, view, distance, z0, step, growth, mip and smooth",
                       nearest != NULL ? nearest : "");
 }
 
@@ -388,8 +397,10 @@ static vd_status refuse_in_classic(const vd_options *options) {
     static const struct {
         int option;
         const char *off;
-    } only_off[] = {{OPTION_SHADING, "off"}, {OPTION_HAZE, "off"},       {OPTION_SKY, "off"},
-                    {OPTION_SAMPLES, "1"},   {OPTION_FILTER, "nearest"}, {OPTION_CURVATURE, "off"}};
+    } only_off[] = {{OPTION_SHADING, "off"},
+                    {OPTION_HAZE, "off"},
+                    {OPTION_SKY, "off"},
+                    {OPTION_CURVATURE, "off"}};
     for (size_t i = 0; i < sizeof never / sizeof never[0]; i++) {
         if (vd_options_given(options, never[i])) {
             return vd_failure(VD_ERROR_ARGUMENT, "--%s does not apply to --classic; leave it out",
@@ -432,6 +443,12 @@ static vd_status read_classic(const vd_options *options, vd_render_settings *out
     }
     if (status.code != VD_OK) {
         return status;
+    }
+    if (vd_options_given(options, OPTION_FILTER)) {
+        out->classic_def.filter = out->filter;
+    }
+    if (vd_options_given(options, OPTION_SAMPLES)) {
+        out->classic_def.samples = out->samples;
     }
     if (vd_options_given(options, OPTION_BACKGROUND)) {
         out->classic_def.background = out->background;

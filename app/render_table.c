@@ -40,13 +40,14 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                         .argument = "1|4|8",
                         .unit = "per pixel",
                         .fallback = "4",
-                        .help = "sample positions: more give smoother edges"},
+                        .help = "sample positions: more give smoother edges (1 with --classic)"},
     [OPTION_FILTER] = {.key = "filter",
                        .group = PICTURE,
                        .type = VD_OPTION_CHOICE,
                        .argument = "nearest|bilinear",
                        .fallback = "bilinear",
-                       .help = "how imagery is read between its pixels"},
+                       .help = "how imagery is read between its pixels; with --classic (nearest "
+                               "unless given) heights too"},
     [OPTION_PRESET] =
         {.key = "preset",
          .group = PICTURE,
@@ -364,7 +365,8 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .argument = "KEY=VALUE,…",
          .unit = "samples, degrees",
          .help = "keys x, y, height, yaw (turning left), horizon, scale, view, distance, z0, step, "
-                 "growth; those left out are the published scene's"},
+                 "growth; those left out are the published scene's; mip=1 keeps the distance from "
+                 "sparkling, smooth=1 turns flat curtains into gradients"},
     [OPTION_HEIGHT] = {.key = "height",
                        .group = CLASSIC,
                        .type = VD_OPTION_FILE,

@@ -514,6 +514,24 @@ static void test_classic(void **state) {
         assert_true(i == 0 || strcmp(hash, again) == 0);
         strcpy(hash, again);
     }
+    for (int i = 0; i < VD_CLASSIC_METHOD_COUNT; i++) {
+        const char *method = vd_classic_method_name((vd_classic_method)i);
+#define QUALITY                                                                                    \
+    "render", "--height", "map.pgm", "--color", "color.ppm", "--classic",                          \
+        "distance=300,mip=1,smooth=1", "--size", "70x51", "--filter", "bilinear", "--samples",     \
+        "4", "--method", method, "-o", "out.png", "--json"
+        if (i == VD_CLASSIC_SCAN) {
+            FAILS(2, "the method scan draws no picture with the option filter", QUALITY);
+            continue;
+        }
+        SUCCEEDS(QUALITY);
+#undef QUALITY
+        take_hash(again);
+        assert_true(i == 0 || strcmp(hash, again) == 0);
+        strcpy(hash, again);
+    }
+    SUCCEEDS("render", "map.pgm", "--classic", "distance=200,smooth=1", "--print-camera", "-q");
+    expect_text(last.out, "growth=0,smooth=1\n", "--print-camera");
     SUCCEEDS("render", "map.pgm", "--classic", "distance=200", "--print-camera", "-q");
     expect_text(last.out,
                 "--classic x=512,y=800,height=78,yaw=0,horizon=100,scale=240,view=1,"

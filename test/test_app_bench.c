@@ -5,6 +5,9 @@
 #include <stdio.h>
 #include <sys/wait.h>
 
+/* The schedule of 1992 over the committed map. */
+#define MONT_BLANC_HASH "d64d641a8b7e98a1"
+
 static char output[1 << 16];
 
 /* Runs `veduta bench ARGUMENTS`, its standard output or error in `output`; returns the status. */
@@ -31,50 +34,137 @@ static int count(const char *part) {
 /* Every result has every field, in one object each, and nothing else. */
 static void json_has_the_fields(void **state) {
     (void)state;
-    static const char *const head[] = {"commit", "compiler", "flags", "cpu", "results"};
-    static const char *const fields[] = {"case",   "method", "threads",   "isa",
-                                         "width",  "height", "median_ms", "p99_ms",
-                                         "min_ms", "hash",   "peak_bytes"};
+    static const char *const head[] = {"commit", "compiler", "flags", "cpu", "map", "results"};
+    static const char *const fields[] = {"case",   "at",    "method", "published",  "threads",
+                                         "isa",    "width", "height", "median_ms",  "p99_ms",
+                                         "min_ms", "fps",   "speed",  "target_fps", "peak_bytes",
+                                         "hash",   "note"};
+    enum { HEADS = sizeof head / sizeof head[0], FIELDS = sizeof fields / sizeof fields[0] };
     assert_int_equal(bench("classic-growth --threads 1,2 --repeat 1 --json - 2>/dev/null"), 0);
     char key[64];
-    for (size_t i = 0; i < sizeof head / sizeof head[0]; i++) {
+    for (size_t i = 0; i < HEADS; i++) {
         snprintf(key, sizeof key, "\n  \"%s\": ", head[i]);
         assert_int_equal(count(key), 1);
     }
-    /* The serial reference once, three methods on one thread and on two. */
-    for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
+    /* The published figure, the serial reference once, four methods on one thread and on two. */
+    for (size_t i = 0; i < FIELDS; i++) {
         snprintf(key, sizeof key, "\n      \"%s\": ", fields[i]);
-        assert_int_equal(count(key), 7);
+        assert_int_equal(count(key), 10);
     }
-    assert_int_equal(count("\": "), 5 + 7 * 11);
+    assert_int_equal(count("\": "), HEADS + 10 * FIELDS);
     assert_int_equal(count("\"reference\""), 1);
-    assert_int_equal(count("\"threads\": 2"), 3);
+    assert_int_equal(count("\"threads\": 2"), 4);
+    assert_int_equal(count("\"published\": true"), 1);
+    assert_int_equal(count("\"threads\": null"), 1);
+    /* A target belongs to the march with two threads. */
+    assert_int_equal(count("\"target_fps\": null"), 9);
 }
 
-/* The bench's map and picture are the same on every machine: the hash is pinned. */
-static void the_picture_is_pinned(void **state) {
+/* The bench's maps and pictures are the same on every machine: the hashes are pinned. */
+static void the_pictures_are_pinned(void **state) {
     (void)state;
+    static const char *const maps[][2] = {{"mont-blanc", MONT_BLANC_HASH},
+                                          {"noise", "896745c4004e2cfb"}};
     const char *levels = vd_isa_best() == VD_ISA_V4   ? "v2,v3,v4"
                          : vd_isa_best() == VD_ISA_V3 ? "v2,v3"
                                                       : "v2";
-    char arguments[128];
-    snprintf(arguments, sizeof arguments,
-             "classic-growth --threads 2 --isa %s --repeat 1 --json - 2>/dev/null", levels);
-    assert_int_equal(bench(arguments), 0);
-    int results = count("\"case\": \"classic-growth\"");
-    assert_int_equal(results, 4 * (int)vd_isa_best());
-    assert_int_equal(count("\"hash\": \"896745c4004e2cfb\""), results);
+    for (size_t i = 0; i < 2; i++) {
+        char arguments[128], hash[64];
+        snprintf(arguments, sizeof arguments,
+                 "classic-growth --map %s --threads 2 --isa %s --repeat 1 --json - 2>/dev/null",
+                 maps[i][0], levels);
+        assert_int_equal(bench(arguments), 0);
+        int results = count("\"published\": false");
+        assert_int_equal(results, 5 * (int)vd_isa_best());
+        snprintf(hash, sizeof hash, "\"hash\": \"%s\"", maps[i][1]);
+        assert_int_equal(count(hash), results);
+    }
 }
 
-static void table_and_list(void **state) {
+/* Any picture of heights is a map: the committed one by its path gives the built-in one's hash. */
+static void a_file_is_a_map(void **state) {
+    (void)state;
+    assert_int_equal(bench("classic-growth --map '" VEDUTA_SOURCE_DIR
+                           "/data/bench/mont-blanc-1024.png' --threads 1 --repeat 1 --json - "
+                           "2>/dev/null"),
+                     0);
+    assert_int_equal(count("\"hash\": \"" MONT_BLANC_HASH "\""), 5);
+    assert_int_equal(bench("shadow --map /nonexistent/map.png --repeat 1 2>&1"), 1);
+    assert_non_null(strstr(output, "/nonexistent/map.png"));
+}
+
+static void table_list_and_groups(void **state) {
     (void)state;
     assert_int_equal(bench("startup --repeat 1"), 0);
     assert_non_null(strstr(output, "startup"));
     assert_non_null(strstr(output, "median ms"));
     assert_int_equal(bench("--list"), 0);
-    assert_non_null(strstr(output, "classic"));
+    static const char *const names[] = {
+        "classic-default", "classic-high", "classic-growth", "classic-default-1080p",
+        "shadow",          "memory",       "function",       "false-sharing",
+        "classic-16384",   "cold",         "sweep-distance", "sweep-shadow-q",
+        "\n  terrain",     "\n  sweeps"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (strstr(output, names[i]) == NULL) {
+            fail_msg("--list does not name %s", names[i]);
+        }
+    }
+    /* A group is its cases, each once. */
+    assert_int_equal(bench("function memory function --repeat 1 --threads 1 --json - 2>/dev/null"),
+                     0);
+    assert_int_equal(count("\"case\": \"memory\""), 2);
+    assert_int_equal(count("\"case\": \"function\""), 5);
+    assert_non_null(strstr(output, " ns a point"));
     assert_int_equal(bench("--help"), 0);
-    assert_non_null(strstr(output, "--json"));
+    assert_non_null(strstr(output, "--plot"));
+}
+
+/* A sweep gives a row for every point and a picture that is an SVG. */
+static void sweeps_are_plotted(void **state) {
+    (void)state;
+    char folder[512], arguments[1200], path[600];
+    snprintf(folder, sizeof folder, "%s/test_app_bench_plots", VEDUTA_BINARY_DIR);
+    snprintf(arguments, sizeof arguments,
+             "sweep-height sweep-shadow-steps --quick --repeat 1 --threads 1 --plot '%s' --json - "
+             "2>/dev/null",
+             folder);
+    assert_int_equal(bench(arguments), 0);
+    assert_int_equal(count("\"case\": \"sweep-height\""), 3 * 3);
+    assert_int_equal(count("\"case\": \"sweep-shadow-steps\""), 3 * 2);
+    assert_int_equal(count("\"at\": 1000.0"), 3);
+    static const char *const names[] = {"sweep-height", "sweep-shadow-steps"};
+    for (size_t i = 0; i < 2; i++) {
+        snprintf(path, sizeof path, "%s/%s.svg", folder, names[i]);
+        FILE *file = fopen(path, "r");
+        assert_non_null(file);
+        size_t length = fread(output, 1, sizeof output - 1, file);
+        fclose(file);
+        output[length] = '\0';
+        assert_non_null(strstr(output, "<svg"));
+        assert_non_null(strstr(output, "</svg>"));
+        assert_non_null(strstr(output, "reference, 1 thread"));
+        assert_int_equal(remove(path), 0);
+    }
+    assert_int_equal(remove(folder), 0);
+}
+
+/* Without gnuplot, and before anything is measured. */
+static void no_gnuplot_is_told(void **state) {
+    (void)state;
+    char command[1024];
+    snprintf(command, sizeof command,
+             "PATH=/nonexistent '%s/veduta' bench sweep-map --plot '%s' 2>&1", VEDUTA_BINARY_DIR,
+             VEDUTA_BINARY_DIR);
+    FILE *pipe = popen(command, "r");
+    assert_non_null(pipe);
+    output[fread(output, 1, sizeof output - 1, pipe)] = '\0';
+    int status = pclose(pipe);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 1);
+    assert_non_null(strstr(output, "gnuplot-nox"));
+    assert_int_equal(count("\n"), 1);
+    assert_int_equal(bench("sweep-map --plot /nonexistent/plots 2>&1"), 1);
+    assert_non_null(strstr(output, "/nonexistent/plots"));
 }
 
 static void bad_use_is_told(void **state) {
@@ -83,6 +173,7 @@ static void bad_use_is_told(void **state) {
         const char *arguments, *part;
     } uses[] = {{"", "--list"},
                 {"clasic", "did you mean classic?"},
+                {"terain", "did you mean terrain?"},
                 {"startup --theads 1", "--threads"},
                 {"startup --threads 0", "1 to 1024"},
                 {"startup --threads 1,x", "1 to 1024"},
@@ -104,9 +195,9 @@ static void bad_use_is_told(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(json_has_the_fields),
-        cmocka_unit_test(the_picture_is_pinned),
-        cmocka_unit_test(table_and_list),
+        cmocka_unit_test(json_has_the_fields), cmocka_unit_test(the_pictures_are_pinned),
+        cmocka_unit_test(a_file_is_a_map),     cmocka_unit_test(table_list_and_groups),
+        cmocka_unit_test(sweeps_are_plotted),  cmocka_unit_test(no_gnuplot_is_told),
         cmocka_unit_test(bad_use_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

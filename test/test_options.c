@@ -237,11 +237,18 @@ static void test_classic(void **state) {
     assert_ok(PARSE(&options, &s, "--height", "H.png", "--classic="));
     vd_classic_def published = vd_classic_def_default();
     assert_true(s.classic_def.x == published.x && s.classic_def.step == published.step);
+    assert_true(s.classic_def.filter == VD_FILTER_NEAREST && s.classic_def.samples <= 1);
+    vd_options_finish(&options);
+    assert_ok(PARSE(&options, &s, "--height", "H.png", "--classic=mip=1,smooth=1,x=3", "--filter",
+                    "bilinear", "--samples", "8"));
+    assert_true(s.classic_def.filter == VD_FILTER_LINEAR && s.classic_def.samples == 8);
+    assert_true(s.classic_def.mip && s.classic_def.smooth && s.classic_def.x == 3);
     vd_options_finish(&options);
 
     REFUSES("did you mean growth", "--height", "H.png", "--classic", "grwoth=1");
     REFUSES("KEY=NUMBER", "--height", "H.png", "--classic", "x");
     REFUSES("KEY=NUMBER", "--height", "H.png", "--classic", "x=nan");
+    REFUSES("smooth=1 or smooth=0", "--height", "H.png", "--classic", "smooth=2");
     REFUSES("only be off", "--height", "H.png", "--classic", "x=1", "--haze", "auto");
     REFUSES("only with --shadows", "--height", "H.png", "--classic", "x=1", "--sun", "90,30");
     REFUSES("below the horizon", "--height", "H.png", "--classic", "x=1", "--sun", "90,-3",

@@ -67,6 +67,11 @@ static vd_shadow_def random_def(uint64_t *random) {
     def.steps = r % 3 == 0 ? 1 + (int)((r >> 8) % 255) : 255;
     def.stride = r % 5 == 0 ? 0.25 + 9 * test_uniform(random) : 4;
     def.edge = (vd_shadow_edge)((r >> 20) % 3);
+    if (r >> 30 & 1) { /* the general form */
+        def.step_columns = 9.0 * test_uniform(random) - 4.5;
+        def.step_rows = r >> 31 & 1 ? 9.0 * test_uniform(random) - 4.5 : 0.0;
+        def.step_rise = r >> 32 & 1 ? 5.0 * test_uniform(random) : 0.0;
+    }
     return def;
 }
 

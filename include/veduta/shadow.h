@@ -48,16 +48,30 @@ typedef struct vd_shadow_def {
     int steps;           /* 1 … 255 */
     vd_shadow_edge edge;
     vd_shadow_method method;
+    /* The general form, for cells that are not square or not aligned to the compass: columns, rows
+     * and height units that one step towards the sun advances. The first two at most 64, the rise
+     * at least 0. All 0: those of azimuth_rad, altitude_rad, cell and stride, as above; else these
+     * four are not used. */
+    double step_columns, step_rows, step_rise;
 } vd_shadow_def;
 
 /* As published: cell 1, stride 4, 255 steps; the map's own edge; the sun at azimuth 315°, altitude
  * 45°; the fast method. */
 VD_API vd_shadow_def vd_shadow_def_default(void);
 
+/* Sets the general form for the sun along the unit vector `sun` (east, north, up) over a
+ * heightfield with any world_from_sample, whose heights are metres to be multiplied by
+ * `exaggeration`: a step advances def->stride samples along the longer of its two components, and
+ * rises as the sun's rays do over as many true metres. With the sun straight up, at or below the
+ * horizon, or with a singular world_from_sample, it is a sun that throws no shadow. */
+VD_API void vd_shadow_def_aim(vd_shadow_def *def, const vd_heightfield *heightfield, vd_vec3 sun,
+                              double exaggeration);
+
 /* Fills counts[height][stride] of the heightfield's size; the bytes between width and stride are
  * left alone. stride >= width. `job` may be null. Heights of any type. The heightfield is only
  * read. Returns VD_ERROR_ARGUMENT (names the field), VD_ERROR_MEMORY (the twin needs a copy of part
- * of the map: all of it and the steps' reach up to 64 MiB, of larger maps at least twice the reach)
+ * of the map: all of it and the steps' reach up to 64 MiB, 4 MiB of float maps, of larger maps at
+ * least twice the reach)
  * or VD_ERROR_CANCELLED (counts are then unfinished). */
 VD_API VD_MUST_USE vd_status vd_shadow_count(vd_context *context, vd_job *job,
                                              const vd_heightfield *heightfield,

@@ -26,20 +26,35 @@ typedef enum vd_terrain_method {
     VD_TERRAIN_METHOD_COUNT
 } vd_terrain_method;
 
+/* Which pixels take all samples. */
+typedef enum vd_antialias {
+    VD_ANTIALIAS_EDGES = 0, /* those on a silhouette; others take one at their centre */
+    VD_ANTIALIAS_EVERYWHERE,
+    VD_ANTIALIAS_COUNT
+} vd_antialias;
+
+/* A rectangle of cells: cell (c, r) lies between the samples (c, r) and (c + 1, r + 1). */
+typedef struct vd_terrain_window {
+    int column, row, columns, rows;
+} vd_terrain_window;
+
 typedef struct vd_terrain_def {
     const vd_heightfield *heightfield; /* not owned */
     const vd_colormap *colormap;       /* colours by height where there are no colours; not owned */
     vd_light light;
     vd_terrain_method method;
-    vd_filter filter;    /* of the colours */
-    int samples;         /* 1, 4 or 8 a pixel */
-    double exaggeration; /* factor on heights; 1 is real */
-    bool shading;        /* light the surface; off: plain colours */
-    bool shadows;        /* the surface throws shadows on itself */
-    bool curvature;      /* the Earth's, with refraction */
-    bool sky;            /* paint light's sky where nothing is hit; off: `background` */
-    vd_rgba8 background; /* straight; alpha 0 is transparent */
-    uint64_t object_id;  /* the terrain's 64-bit id in the frame's table */
+    vd_filter filter; /* of the colours */
+    bool mip;         /* coarser heights and colours far away, where a cell is a pixel */
+    int samples;      /* 1, 4 or 8 a pixel */
+    vd_antialias antialias;
+    vd_terrain_window window; /* the cells that are drawn; columns 0: all */
+    double exaggeration;      /* factor on heights; 1 is real */
+    bool shading;             /* light the surface; off: plain colours */
+    bool shadows;             /* the surface throws shadows on itself */
+    bool curvature;           /* the Earth's, with refraction */
+    bool sky;                 /* paint light's sky where nothing is hit; off: `background` */
+    vd_rgba8 background;      /* straight; alpha 0 is transparent */
+    uint64_t object_id;       /* the terrain's 64-bit id in the frame's table */
 } vd_terrain_def;
 
 /* Daylight from azimuth 315°, altitude 45°, no haze; linear filter, 4 samples, exaggeration 1,
@@ -61,6 +76,33 @@ VD_API const char *vd_terrain_method_name(vd_terrain_method method);
 VD_API VD_MUST_USE vd_status vd_terrain_render(vd_context *context, vd_job *job,
                                                const vd_terrain_def *def, const vd_camera *camera,
                                                vd_frame *frame, vd_frame_stats *stats);
+
+/* ---- many pictures of one terrain ------------------------------------------------------------
+ * What does not depend on the camera is derived once: coarser heights, maxima, colours with light
+ * and shadow in them; about 8 bytes a sample and 5.3 bytes a texel of the colours. */
+typedef struct vd_terrain_renderer vd_terrain_renderer;
+
+/* Creates a renderer of `def`, whose heightfield and colormap must outlive it unchanged; *out is
+ * owned by the caller. `job` may be null. Cost: some passes over the map. Returns VD_ERROR_ARGUMENT
+ * (names the field), VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
+VD_API VD_MUST_USE vd_status vd_terrain_renderer_create(vd_context *context, vd_job *job,
+                                                        const vd_terrain_def *def,
+                                                        vd_terrain_renderer **out);
+
+/* Ends a renderer and sets *renderer to null. Null is accepted. */
+VD_API void vd_terrain_renderer_destroy(vd_terrain_renderer **renderer);
+
+/* Changes the light: a sun that moves. Cost: lighting and shadowing every sample of the map, some
+ * nanoseconds each. Returns VD_ERROR_ARGUMENT, VD_ERROR_MEMORY or VD_ERROR_CANCELLED (colours are
+ * then unfinished). */
+VD_API VD_MUST_USE vd_status vd_terrain_renderer_light(vd_terrain_renderer *renderer, vd_job *job,
+                                                       const vd_light *light);
+
+/* Draws as vd_terrain_render does. Allocates only when a picture is larger than any before. One
+ * thread at a time. */
+VD_API VD_MUST_USE vd_status vd_terrain_renderer_draw(vd_terrain_renderer *renderer, vd_job *job,
+                                                      const vd_camera *camera, vd_frame *frame,
+                                                      vd_frame_stats *stats);
 
 /* Estimates what vd_terrain_render will take by drawing a few spread tiles: wall seconds and the
  * most bytes held by the renderer at once (without frame and heightfield). */

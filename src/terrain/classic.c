@@ -3,6 +3,7 @@
  */
 #include <float.h>
 #include <string.h>
+#include <veduta/target.h>
 #include "core/core.h"
 #include "core/real.h"
 #include "terrain/classic_internal.h"
@@ -71,6 +72,14 @@ static vd_status check_numbers(const vd_classic_def *def) {
     }
     if (!((float)def->z0 > 0.0f)) {
         return vd_failure(VD_ERROR_ARGUMENT, "classic: z0 is %g; give a distance above 0", def->z0);
+    }
+    if ((unsigned)def->filter >= VD_FILTER_COUNT) {
+        return vd_failure(VD_ERROR_ARGUMENT, "classic: filter %d does not exist; give 0 to %d",
+                          (int)def->filter, VD_FILTER_COUNT - 1);
+    }
+    if (def->samples != 0 && vd_sample_offsets(def->samples) == NULL) {
+        return vd_failure(VD_ERROR_ARGUMENT, "classic: samples is %d; give 1, 4 or 8",
+                          def->samples);
     }
     if (!((float)def->view > 0.0f)) {
         return vd_failure(VD_ERROR_ARGUMENT,
@@ -187,12 +196,9 @@ vd_status vd_classic_check_map(const vd_heightfield *map) {
     return vd_success();
 }
 
-static int mask_of(int size) {
-    return (size & (size - 1)) == 0 ? size - 1 : -1;
-}
-
-/* d_i = left + (float)i·((right − left)/W), each operation rounded once, in this order. */
-static void set_directions(const vd_classic_def *def, int width, float *x, float *y) {
+/* d_i = left + (float)i·((right − left)/W), each operation rounded once, in this order. `shift` is
+ * added to i. */
+static void set_directions(const vd_classic_def *def, int width, float shift, float *x, float *y) {
     float s = (float)vd_sin(def->yaw_rad);
     float c = (float)vd_cos(def->yaw_rad);
     float view = (float)def->view;
@@ -201,8 +207,8 @@ static void set_directions(const vd_classic_def *def, int width, float *x, float
     float across_x = (right_x - left_x) / (float)width;
     float across_y = (right_y - left_y) / (float)width;
     for (int i = 0; i < width; i++) {
-        x[i] = left_x + (float)i * across_x;
-        y[i] = left_y + (float)i * across_y;
+        x[i] = left_x + ((float)i + shift) * across_x;
+        y[i] = left_y + ((float)i + shift) * across_y;
     }
 }
 
@@ -231,32 +237,34 @@ void vd_classic_clear(vd_frame *frame, vd_rgba8 background) {
 }
 
 vd_classic_setup vd_classic_make_setup(vd_context *context, vd_job *job, const vd_heightfield *map,
-                                       const vd_classic_def *def, uint64_t slices, vd_frame *frame,
-                                       float *directions) {
-    size_t width = (size_t)frame->width;
+                                       const vd_classic_mips *mips, const vd_classic_view *view,
+                                       uint64_t slices, float *directions) {
+    const vd_classic_def *def = view->def;
+    const vd_classic_level *level = &mips->levels[0];
+    size_t width = (size_t)view->frame->width;
     vd_rgba8 background = def->background;
     background.a = 255;
-    set_directions(def, frame->width, directions, directions + width);
+    set_directions(def, view->frame->width, (float)view->column, directions, directions + width);
     vd_classic_setup setup = {
         .context = context,
         .job = job,
         .map = map,
-        .frame = frame,
+        .frame = view->frame,
         .height_type = (vd_height_type)map->height_type,
-        .heights = vd_heightfield_level_data(map, 0),
-        .height_stride = map->levels[0].stride,
-        .colors = vd_heightfield_colors(map),
-        .color_stride = map->color_stride,
-        .map_width = map->width,
-        .map_height = map->height,
-        .x_mask = mask_of(map->width),
-        .y_mask = mask_of(map->height),
+        .heights = level->heights,
+        .height_stride = level->height_stride,
+        .colors = level->colors,
+        .color_stride = level->color_stride,
+        .map_width = level->width,
+        .map_height = level->height,
+        .x_mask = level->x_mask,
+        .y_mask = level->y_mask,
         .direction_x = directions,
         .direction_y = directions + width,
         .eye_x = (float)def->x,
         .eye_y = (float)def->y,
         .eye_height = (float)def->height,
-        .horizon = (float)def->horizon,
+        .horizon = (float)(def->horizon + view->horizon),
         .scale = (float)def->scale,
         .z0 = (float)def->z0,
         .step = (float)def->step,
@@ -264,6 +272,12 @@ vd_classic_setup vd_classic_make_setup(vd_context *context, vd_job *job, const v
         .step_exact = def->step,
         .growth = def->growth,
         .slice_count = (uint32_t)slices,
+        .linear = def->filter == VD_FILTER_LINEAR,
+        .smooth = def->smooth,
+        .plain = def->filter != VD_FILTER_LINEAR && !def->smooth && !def->mip,
+        .levels = mips->levels,
+        .level_count = def->mip ? mips->count : 1,
+        .footprint = (float)def->view * 2.0f / (float)width,
     };
     memcpy(&setup.background, &background, sizeof background);
     return setup;
@@ -279,6 +293,20 @@ vd_status vd_classic_check(vd_context *context, const vd_heightfield *map,
     return status.code == VD_OK ? count_slices(def, slices) : status;
 }
 
+/* Only the scan, which has its pairs from slices alone, leaves something to others. */
+static vd_status check_method(const vd_classic_def *def, vd_classic_method method) {
+    if (method == VD_CLASSIC_SCAN &&
+        (def->filter != VD_FILTER_NEAREST || def->mip || def->smooth)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "classic: the method scan draws no picture with the option %s; give "
+                          "reference, slices, columns or march",
+                          def->filter != VD_FILTER_NEAREST ? "filter"
+                          : def->mip                       ? "mip"
+                                                           : "smooth");
+    }
+    return vd_success();
+}
+
 static vd_status march_once(vd_context *context, vd_job *job, const vd_heightfield *map,
                             const vd_classic_def *def, vd_frame *frame) {
     vd_classic_renderer *renderer = NULL;
@@ -288,6 +316,26 @@ static vd_status march_once(vd_context *context, vd_job *job, const vd_heightfie
     }
     vd_classic_renderer_destroy(&renderer);
     return status;
+}
+
+typedef struct drawing {
+    vd_context *context;
+    vd_job *job;
+    const vd_heightfield *map;
+    vd_classic_method method;
+    uint64_t slices;
+    vd_classic_mips mips;
+    float *directions;
+    vd_classic_counts *counts;
+} drawing;
+
+static vd_status draw_view(void *user, const vd_classic_view *view) {
+    drawing *d = user;
+    vd_classic_clear(view->frame, view->def->background);
+    vd_classic_setup setup =
+        vd_classic_make_setup(d->context, d->job, d->map, &d->mips, view, d->slices, d->directions);
+    vd_classic_counts unwanted;
+    return methods[d->method].draw(&setup, d->counts != NULL ? d->counts : &unwanted);
 }
 
 vd_status vd_classic_render(vd_context *context, vd_job *job, const vd_heightfield *map,
@@ -302,20 +350,26 @@ vd_status vd_classic_render(vd_context *context, vd_job *job, const vd_heightfie
     if (status.code != VD_OK) {
         return status;
     }
+    status = check_method(def, method);
+    if (status.code != VD_OK) {
+        return status;
+    }
     if (method == VD_CLASSIC_MARCH) {
         return march_once(context, job, map, def, frame);
     }
+    drawing d = {context, job, map, method, slices, {.count = 0}, NULL, counts};
     size_t count = 2 * (size_t)frame->width;
-    float *directions = vd_allocate(context, count, sizeof *directions);
-    if (directions == NULL) {
-        return vd_out_of_memory("the columns' directions", count * sizeof *directions);
+    d.directions = vd_allocate(context, count, sizeof *d.directions);
+    status = d.directions == NULL
+                 ? vd_out_of_memory("the columns' directions", count * sizeof *d.directions)
+                 : vd_classic_mips_init(context, map, def->mip, &d.mips);
+    if (status.code == VD_OK) {
+        vd_classic_resolver resolver = {0};
+        status = vd_classic_resolve(context, &resolver, def, frame, draw_view, &d);
+        vd_classic_resolver_finish(context, &resolver);
+        vd_classic_mips_finish(context, &d.mips);
     }
-    vd_classic_clear(frame, def->background);
-    vd_classic_setup setup =
-        vd_classic_make_setup(context, job, map, def, slices, frame, directions);
-    vd_classic_counts unwanted;
-    status = methods[method].draw(&setup, counts != NULL ? counts : &unwanted);
-    vd_release(context, directions);
+    vd_release(context, d.directions);
     return status;
 }
 
@@ -366,14 +420,13 @@ void vd_classic_paint(const vd_classic_setup *setup, int column, vd_classic_samp
     }
 }
 
-int32_t *vd_classic_hidden_create(const vd_classic_setup *setup) {
-    int32_t *hidden = vd_allocate(setup->context, (size_t)setup->frame->width, sizeof *hidden);
-    if (hidden != NULL) {
-        for (int i = 0; i < setup->frame->width; i++) {
-            hidden[i] = setup->frame->height;
-        }
+vd_classic_column *vd_classic_columns_create(const vd_classic_setup *setup) {
+    vd_classic_column *columns =
+        vd_allocate(setup->context, (size_t)setup->frame->width, sizeof *columns);
+    for (int i = 0; i < setup->frame->width && columns != NULL; i++) {
+        columns[i] = vd_classic_column_first(setup);
     }
-    return hidden;
+    return columns;
 }
 
 vd_status vd_classic_cancelled(void) {

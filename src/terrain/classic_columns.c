@@ -21,11 +21,11 @@ typedef struct picture {
 VD_CLASSIC_INLINE void draw(picture *p, int index, vd_height_type type) {
     const vd_classic_setup *setup = p->setup;
     int first = index * VD_CLASSIC_BLOCK;
-    int columns = setup->frame->width - first;
-    columns = columns < VD_CLASSIC_BLOCK ? columns : VD_CLASSIC_BLOCK;
-    int32_t hidden[VD_CLASSIC_BLOCK];
+    int count = setup->frame->width - first;
+    count = count < VD_CLASSIC_BLOCK ? count : VD_CLASSIC_BLOCK;
+    vd_classic_column columns[VD_CLASSIC_BLOCK];
     for (int i = 0; i < VD_CLASSIC_BLOCK; i++) {
-        hidden[i] = setup->frame->height;
+        columns[i] = vd_classic_column_first(setup);
     }
     vd_classic_slice slice = vd_classic_slice_first(setup);
     while (slice.k < setup->slice_count) {
@@ -33,7 +33,7 @@ VD_CLASSIC_INLINE void draw(picture *p, int index, vd_height_type type) {
             atomic_store(&p->interrupted, true);
             return;
         }
-        vd_classic_draw_slice(setup, &slice, first, columns, hidden, type);
+        vd_classic_draw_slice(setup, &slice, first, count, columns, type);
         vd_classic_slice_next(setup, &slice);
     }
 }

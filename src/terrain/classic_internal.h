@@ -22,6 +22,27 @@
  * types, with the switch inside the innermost loop, which costs a tenth. */
 #define VD_CLASSIC_INLINE static inline __attribute__((always_inline))
 
+/* A level of the map: what is read from a slice on that is far enough. Level 0 is the map itself.
+ */
+#define VD_CLASSIC_MAX_LEVELS 16
+
+typedef struct vd_classic_level {
+    const void *heights; /* [height][height_stride] */
+    size_t height_stride;
+    const vd_rgba8 *colors; /* [height][color_stride] */
+    size_t color_stride;
+    int width, height;
+    int x_mask, y_mask; /* size − 1 where it is a power of two, else −1 */
+    float scale;        /* 2^−level */
+} vd_classic_level;
+
+/* The levels of a map (classic_mip.c). */
+typedef struct vd_classic_mips {
+    vd_classic_level levels[VD_CLASSIC_MAX_LEVELS];
+    int count;
+    void *memory; /* of the levels above 0, or null */
+} vd_classic_mips;
+
 /* A def that has been checked and rounded, with the map and the frame it is drawn from and into. */
 typedef struct vd_classic_setup {
     vd_context *context;
@@ -42,6 +63,11 @@ typedef struct vd_classic_setup {
     float z0, step;                      /* the constant schedule, in float */
     double z0_exact, step_exact, growth; /* the growing schedule, in double */
     uint32_t slice_count;
+    bool linear, smooth;
+    bool plain;                     /* no option but samples: level 0, nearest, flat */
+    const vd_classic_level *levels; /* [level_count] */
+    int level_count;                /* 1 without mip */
+    float footprint;                /* samples of the map a column and unit of z */
 } vd_classic_setup;
 
 /* ---- the slices --------------------------------------------------------------------------------
@@ -51,11 +77,24 @@ typedef struct vd_classic_slice {
     float z;
     float rise; /* scale / z: pixels of height per unit of height */
     double z_exact, step_exact;
+    int level; /* of the map */
 } vd_classic_slice;
 
+/* Returns the level that a slice at z reads, not below `from`. */
+static inline int vd_classic_level_at(const vd_classic_setup *setup, float z, int from) {
+    while (from + 1 < setup->level_count && !((float)(1 << from) >= z * setup->footprint)) {
+        from++;
+    }
+    return from;
+}
+
 static inline vd_classic_slice vd_classic_slice_first(const vd_classic_setup *setup) {
-    vd_classic_slice slice = {0, setup->z0, setup->scale / setup->z0, setup->z0_exact,
-                              setup->step_exact};
+    vd_classic_slice slice = {.k = 0,
+                              .z = setup->z0,
+                              .rise = setup->scale / setup->z0,
+                              .z_exact = setup->z0_exact,
+                              .step_exact = setup->step_exact,
+                              .level = vd_classic_level_at(setup, setup->z0, 0)};
     return slice;
 }
 
@@ -69,6 +108,7 @@ static inline void vd_classic_slice_next(const vd_classic_setup *setup, vd_class
         slice->z = (float)slice->z_exact;
     }
     slice->rise = setup->scale / slice->z;
+    slice->level = vd_classic_level_at(setup, slice->z, slice->level);
 }
 
 /* The depth near / (view·z) for near = view·z0, in float. */
@@ -164,22 +204,44 @@ static inline void vd_classic_put(vd_frame *frame, int column, int row, vd_rgba8
     }
 }
 
+/* What a column remembers from slice to slice. */
+typedef struct vd_classic_column {
+    int32_t hidden; /* the last hidden row */
+    vd_rgba8 color; /* of the previous visible sample; alpha 0 before the first (option smooth) */
+} vd_classic_column;
+
 /* Paints the pixels of a column from the sample's top to the last hidden row. */
 void vd_classic_paint(const vd_classic_setup *setup, int column, vd_classic_sample sample,
                       int32_t hidden, float z);
 
-/* Draws `count` columns of one slice from column `first` on; hidden[i] is the last hidden row of
- * column first + i. */
+/* The same for pictures that are not plain (classic_quality.c). */
+void vd_classic_draw_slice_quality(const vd_classic_setup *setup, const vd_classic_slice *slice,
+                                   int first, int count, vd_classic_column *columns);
+
+/* Draws `count` columns of one slice from column `first` on; columns[i] is column first + i. */
 VD_CLASSIC_INLINE void vd_classic_draw_slice(const vd_classic_setup *setup,
                                              const vd_classic_slice *slice, int first, int count,
-                                             int32_t *hidden, vd_height_type type) {
+                                             vd_classic_column *columns, vd_height_type type) {
+    if (!setup->plain) {
+        vd_classic_draw_slice_quality(setup, slice, first, count, columns);
+        return;
+    }
     for (int i = 0; i < count; i++) {
         vd_classic_sample sample = vd_classic_look(setup, slice, first + i, type);
-        if (sample.top < hidden[i]) {
-            vd_classic_paint(setup, first + i, sample, hidden[i], slice->z);
-            hidden[i] = sample.top;
+        if (sample.top < columns[i].hidden) {
+            vd_classic_paint(setup, first + i, sample, columns[i].hidden, slice->z);
+            columns[i].hidden = sample.top;
         }
     }
+}
+
+/* ---- mixing ---------------------------------------------------------------------------------- */
+
+static inline vd_rgba8 vd_classic_mix(vd_rgba8 a, vd_rgba8 b, uint32_t w) {
+    vd_rgba8 mixed = {(uint8_t)((a.r * (256 - w) + b.r * w + 128) >> 8),
+                      (uint8_t)((a.g * (256 - w) + b.g * w + 128) >> 8),
+                      (uint8_t)((a.b * (256 - w) + b.b * w + 128) >> 8), 255};
+    return mixed;
 }
 
 /* ---- the two monoids of the scan method --------------------------------------------------------
@@ -240,10 +302,43 @@ VD_MUST_USE vd_status vd_classic_check(vd_context *context, const vd_heightfield
                                        const vd_classic_def *def, const vd_frame *frame,
                                        uint64_t *slices);
 
+/* Lists the levels of a map: level 0 alone, which takes no memory, or all. Returns
+ * VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_classic_mips_init(vd_context *context, const vd_heightfield *map, bool all,
+                                           vd_classic_mips *out);
+void vd_classic_mips_finish(vd_context *context, vd_classic_mips *mips);
+
+/* One of the pictures that a picture is drawn from: the def's own, or, for samples, one that is
+ * moved by a part of a pixel. */
+typedef struct vd_classic_view {
+    const vd_classic_def *def;
+    double column, horizon; /* added to the columns and to the horizon */
+    vd_frame *frame;
+} vd_classic_view;
+
 /* Rounds a checked def. `directions` has room for 2 × the frame's width. */
 vd_classic_setup vd_classic_make_setup(vd_context *context, vd_job *job, const vd_heightfield *map,
-                                       const vd_classic_def *def, uint64_t slices, vd_frame *frame,
-                                       float *directions);
+                                       const vd_classic_mips *mips, const vd_classic_view *view,
+                                       uint64_t slices, float *directions);
+
+/* ---- samples (classic_samples.c) ------------------------------------------------------------- */
+
+/* Memory that stays from picture to picture; zero at first. */
+typedef struct vd_classic_resolver {
+    size_t pixels;
+    uint8_t *rgba;  /* [pixels][4] of one of the pictures */
+    float *depth;   /* [pixels] */
+    uint16_t *sums; /* [pixels][4] of the pictures; the fourth is 1 at an edge */
+} vd_classic_resolver;
+
+typedef vd_status vd_classic_draw_view(void *user, const vd_classic_view *view);
+
+/* Draws a picture with the def's samples from pictures with one, by `draw`. Returns what draw does
+ * or VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_classic_resolve(vd_context *context, vd_classic_resolver *resolver,
+                                         const vd_classic_def *def, vd_frame *frame,
+                                         vd_classic_draw_view *draw, void *user);
+void vd_classic_resolver_finish(vd_context *context, vd_classic_resolver *resolver);
 
 /* Fills the frame with the background, depth and id with 0, and sets the frame's objects. */
 void vd_classic_clear(vd_frame *frame, vd_rgba8 background);
@@ -251,8 +346,14 @@ void vd_classic_clear(vd_frame *frame, vd_rgba8 background);
 /* Sets the frame's table of objects. */
 void vd_classic_set_objects(vd_frame *frame);
 
-/* Returns `width` hidden rows, all at the bottom edge; null when memory is out. Vd_release. */
-VD_MUST_USE int32_t *vd_classic_hidden_create(const vd_classic_setup *setup);
+/* A column of which nothing is hidden. */
+static inline vd_classic_column vd_classic_column_first(const vd_classic_setup *setup) {
+    vd_classic_column column = {setup->frame->height, {0, 0, 0, 0}};
+    return column;
+}
+
+/* Returns `width` of them; null when memory is out. Vd_release. */
+VD_MUST_USE vd_classic_column *vd_classic_columns_create(const vd_classic_setup *setup);
 
 /* The one sentence for a stopped job. */
 vd_status vd_classic_cancelled(void);

@@ -31,13 +31,16 @@
 struct vd_classic_renderer {
     vd_context *context;
     const vd_heightfield *heightfield;
-    vd_march_map map;
+    vd_classic_mips mips;                     /* level 0 alone until a picture wants more */
+    vd_march_map maps[VD_CLASSIC_MAX_LEVELS]; /* of the levels */
+    vd_classic_resolver resolver;
     const vd_march_kernels *kernels;
     int threads;
     vd_march_scratch *workers;
-    size_t columns, tile_pixels, depth_pixels, slices; /* what the arrays below have room for */
-    float *directions;                                 /* [2][columns] */
-    float *slice_z, *slice_rise;                       /* [slices] */
+    size_t columns, tile_pixels, slices; /* what the arrays below have room for */
+    bool deep, smooth;                   /* and a worker's tiles are for */
+    float *directions;                   /* [2][columns] */
+    float *slice_z, *slice_rise;         /* [slices] */
 };
 
 const vd_march_kernels *vd_march_kernels_for(vd_isa isa) {
@@ -65,7 +68,11 @@ static vd_status create(vd_context *context, const vd_heightfield *map, vd_class
     vd_status status =
         renderer->workers == NULL
             ? vd_out_of_memory("the renderer's workers", threads * sizeof *renderer->workers)
-            : vd_march_map_init(context, map, &renderer->map);
+            : vd_classic_mips_init(context, map, false, &renderer->mips);
+    if (status.code == VD_OK) {
+        status = vd_march_map_init(context, &renderer->mips.levels[0],
+                                   (vd_height_type)map->height_type, &renderer->maps[0]);
+    }
     if (status.code != VD_OK) {
         vd_classic_renderer_destroy(&renderer);
         return status;
@@ -90,12 +97,24 @@ void vd_classic_renderer_use(vd_classic_renderer *renderer, const vd_march_kerne
 
 static void release_tiles(vd_classic_renderer *renderer) {
     for (int i = 0; i < renderer->threads && renderer->workers != NULL; i++) {
-        vd_release(renderer->context, renderer->workers[i].tiles);
-        vd_release(renderer->context, renderer->workers[i].depths);
-        renderer->workers[i].tiles = NULL;
-        renderer->workers[i].depths = NULL;
+        vd_march_scratch *worker = &renderer->workers[i];
+        vd_release(renderer->context, worker->tiles);
+        vd_release(renderer->context, worker->depths);
+        vd_release(renderer->context, worker->below);
+        worker->tiles = NULL;
+        worker->depths = NULL;
+        worker->below = NULL;
     }
-    renderer->tile_pixels = renderer->depth_pixels = 0;
+    renderer->tile_pixels = 0;
+}
+
+/* Forgets the levels above 0. */
+static void release_levels(vd_classic_renderer *renderer) {
+    for (int i = 1; i < VD_CLASSIC_MAX_LEVELS; i++) {
+        vd_march_map_finish(renderer->context, &renderer->maps[i]);
+    }
+    vd_classic_mips_finish(renderer->context, &renderer->mips);
+    renderer->mips.count = 1;
 }
 
 void vd_classic_renderer_destroy(vd_classic_renderer **renderer) {
@@ -109,9 +128,20 @@ void vd_classic_renderer_destroy(vd_classic_renderer **renderer) {
     vd_release(context, r->directions);
     vd_release(context, r->slice_z);
     vd_release(context, r->slice_rise);
-    vd_march_map_finish(context, &r->map);
+    release_levels(r);
+    vd_march_map_finish(context, &r->maps[0]);
+    vd_classic_resolver_finish(context, &r->resolver);
     vd_release(context, r);
     *renderer = NULL;
+}
+
+static bool is_sweep(const vd_classic_setup *setup) {
+    return setup->growth != 0.0 || setup->slice_count < FEW_SLICES;
+}
+
+/* Whether the slices of a sample are to be told apart: by depth, or by where gradients begin. */
+static bool is_deep(const vd_classic_setup *setup) {
+    return setup->frame->depth != NULL || setup->smooth;
 }
 
 /* ---- memory that grows with the picture ------------------------------------------------------ */
@@ -147,43 +177,67 @@ static vd_status reserve_slices(vd_classic_renderer *renderer, size_t slices) {
     return status;
 }
 
+static bool reserve_worker(vd_classic_renderer *renderer, vd_march_scratch *worker, size_t pixels) {
+    vd_context *context = renderer->context;
+    worker->tiles = vd_allocate_zero(context, pixels, sizeof *worker->tiles);
+    if (renderer->deep) {
+        worker->depths = vd_allocate(context, pixels, sizeof *worker->depths);
+    }
+    if (renderer->smooth) {
+        worker->below = vd_allocate(context, pixels / VD_MARCH_SLOTS, sizeof *worker->below);
+    }
+    return worker->tiles != NULL && (worker->depths != NULL || !renderer->deep) &&
+           (worker->below != NULL || !renderer->smooth);
+}
+
 /* Tiles are empty between pictures: a kernel leaves them as it found them. */
-static vd_status reserve_tiles(vd_classic_renderer *renderer, int height, bool deep) {
+static vd_status reserve_tiles(vd_classic_renderer *renderer, int height, bool deep, bool smooth) {
     size_t pixels = (size_t)VD_MARCH_SLOTS * VD_MARCH_TILE * (size_t)height;
-    if (pixels <= renderer->tile_pixels && (!deep || pixels <= renderer->depth_pixels)) {
+    if (pixels <= renderer->tile_pixels && deep <= renderer->deep && smooth <= renderer->smooth) {
         return vd_success();
     }
     pixels = pixels > renderer->tile_pixels ? pixels : renderer->tile_pixels;
-    deep = deep || renderer->depth_pixels != 0;
+    renderer->deep |= deep;
+    renderer->smooth |= smooth;
     release_tiles(renderer);
     for (int i = 0; i < renderer->threads; i++) {
-        vd_march_scratch *worker = &renderer->workers[i];
-        worker->tiles = vd_allocate_zero(renderer->context, pixels, sizeof *worker->tiles);
-        worker->depths =
-            deep ? vd_allocate(renderer->context, pixels, sizeof *worker->depths) : NULL;
-        if (worker->tiles == NULL || (deep && worker->depths == NULL)) {
+        if (!reserve_worker(renderer, &renderer->workers[i], pixels)) {
             release_tiles(renderer);
-            return vd_out_of_memory("a worker's tiles", pixels * sizeof *worker->tiles);
+            return vd_out_of_memory("a worker's tiles", pixels * sizeof(uint32_t));
         }
     }
     renderer->tile_pixels = pixels;
-    renderer->depth_pixels = deep ? pixels : 0;
     return vd_success();
 }
 
-static vd_status reserve(vd_classic_renderer *renderer, const vd_frame *frame, size_t slices) {
-    vd_status status = reserve_columns(renderer, (size_t)frame->width);
-    if (status.code == VD_OK) {
-        status = reserve_tiles(renderer, frame->height, frame->depth != NULL);
+/* The levels above 0, when the first picture wants them. */
+static vd_status reserve_levels(vd_classic_renderer *renderer) {
+    const vd_height_type type = (vd_height_type)renderer->heightfield->height_type;
+    if (renderer->mips.count > 1) {
+        return vd_success();
     }
-    return status.code == VD_OK ? reserve_slices(renderer, slices) : status;
+    vd_status status =
+        vd_classic_mips_init(renderer->context, renderer->heightfield, true, &renderer->mips);
+    for (int i = 1; i < renderer->mips.count && status.code == VD_OK; i++) {
+        status = vd_march_map_init(renderer->context, &renderer->mips.levels[i], type,
+                                   &renderer->maps[i]);
+    }
+    if (status.code != VD_OK) {
+        release_levels(renderer);
+    }
+    return status;
+}
+
+static vd_status reserve(vd_classic_renderer *renderer, const vd_classic_setup *setup) {
+    vd_status status = reserve_tiles(renderer, setup->frame->height, is_deep(setup), setup->smooth);
+    for (int i = 0; i < setup->level_count && status.code == VD_OK; i++) {
+        status = vd_march_map_prepare(renderer->context, &renderer->maps[i], setup->linear);
+    }
+    return status.code == VD_OK && is_sweep(setup) ? reserve_slices(renderer, setup->slice_count)
+                                                   : status;
 }
 
 /* ---- a picture ------------------------------------------------------------------------------- */
-
-static bool is_sweep(const vd_classic_setup *setup) {
-    return setup->growth != 0.0 || setup->slice_count < FEW_SLICES;
-}
 
 /* The farthest slice of a constant schedule; slices never come nearer. A growing one ends before
  * the distance. */
@@ -216,12 +270,71 @@ static bool is_safe(const vd_classic_setup *setup, const vd_classic_def *def) {
     return !tiny && position < MAX_POSITION && nearest <= FLT_MAX && least >= FLT_MIN;
 }
 
+static float constant_z(const vd_classic_setup *setup, uint32_t k) {
+    return setup->z0 + (float)k * setup->step;
+}
+
 static void list_slices(const vd_classic_setup *setup, float *z, float *rise) {
     vd_classic_slice slice = vd_classic_slice_first(setup);
     for (; slice.k < setup->slice_count; vd_classic_slice_next(setup, &slice)) {
         z[slice.k] = slice.z;
         rise[slice.k] = slice.rise;
     }
+}
+
+/* The first slice from `low` on that is beyond a level; z never falls. */
+static uint32_t level_end(const vd_classic_setup *setup, const float *z, uint32_t low, int level) {
+    uint32_t high = setup->slice_count;
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        const float here = z != NULL ? z[middle] : constant_z(setup, middle);
+        if (vd_classic_level_at(setup, here, 0) <= level) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+/* Cuts the slices by the level of the map that they read. `z`: all slices', or null for those of
+ * the constant schedule. */
+static void cut_segments(const vd_classic_renderer *renderer, const float *z,
+                         vd_march_picture *picture) {
+    const vd_classic_setup *setup = picture->setup;
+    picture->segment_count = 0;
+    for (uint32_t first = 0, level = 0; level < (uint32_t)setup->level_count; level++) {
+        const uint32_t end = level_end(setup, z, first, (int)level);
+        if (end == first) {
+            continue;
+        }
+        const float scale = setup->levels[level].scale;
+        const vd_march_segment segment = {.map = &renderer->maps[level],
+                                          .scale = scale,
+                                          .eye_x = setup->eye_x * scale,
+                                          .eye_y = setup->eye_y * scale,
+                                          .first = (float)first,
+                                          .last = (float)(end - 1)};
+        picture->segments[picture->segment_count++] = segment;
+        first = end;
+    }
+}
+
+/* One kernel draws all levels: the one for any sides unless all are powers of two, which they are
+ * if level 0's are. */
+static vd_kernel_march *find_kernel(const vd_classic_renderer *renderer,
+                                    const vd_classic_setup *setup) {
+    const vd_march_kernels *kernels = renderer->kernels;
+    const vd_march_map *map = &renderer->maps[0];
+    const bool deep = is_deep(setup), sweeps = is_sweep(setup);
+    if (setup->linear) {
+        return (sweeps ? kernels->linear_sweep
+                       : kernels->linear)[map->height_type][map->power_of_two];
+    }
+    return (sweeps ? kernels->sweep
+            : map->bytes > AHEAD_MAP_BYTES
+                ? kernels->ahead
+                : kernels->march)[map->height_type][map->power_of_two][deep];
 }
 
 typedef struct crew {
@@ -237,29 +350,23 @@ static void work(void *user, int index, int worker) {
 
 static vd_status draw(vd_classic_renderer *renderer, const vd_classic_setup *setup) {
     int tiles = (setup->frame->width + VD_MARCH_TILE - 1) / VD_MARCH_TILE;
-    bool sweeps = is_sweep(setup), deep = setup->frame->depth != NULL;
-    vd_status status = reserve(renderer, setup->frame, sweeps ? setup->slice_count : 0);
+    vd_status status = reserve(renderer, setup);
     if (status.code != VD_OK) {
         return status;
     }
-    if (sweeps) {
+    if (is_sweep(setup)) {
         list_slices(setup, renderer->slice_z, renderer->slice_rise);
     }
-    const vd_march_kernels *kernels = renderer->kernels;
-    const vd_march_map *map = &renderer->map;
     crew c = {
         .picture = {.setup = setup,
-                    .map = map,
                     .slice_z = renderer->slice_z,
                     .slice_rise = renderer->slice_rise,
                     .workers = renderer->workers,
                     .tiles = tiles,
-                    .last = (float)(setup->slice_count - 1)},
-        .kernel = (sweeps ? kernels->sweep
-                   : map->bytes > AHEAD_MAP_BYTES
-                       ? kernels->ahead
-                       : kernels->march)[map->height_type][map->power_of_two][deep],
+                    .inverse_scale = 1.0f / setup->scale},
+        .kernel = find_kernel(renderer, setup),
     };
+    cut_segments(renderer, is_sweep(setup) ? renderer->slice_z : NULL, &c.picture);
     int workers = renderer->threads < tiles ? renderer->threads : tiles;
     status = vd_parallel_for(renderer->context, setup->job, workers, work, &c);
     if (status.code == VD_ERROR_CANCELLED || atomic_load(&c.picture.interrupted)) {
@@ -268,27 +375,42 @@ static vd_status draw(vd_classic_renderer *renderer, const vd_classic_setup *set
     return status;
 }
 
+typedef struct drawing {
+    vd_classic_renderer *renderer;
+    vd_job *job;
+    uint64_t slices;
+} drawing;
+
+static vd_status draw_view(void *user, const vd_classic_view *view) {
+    const drawing *d = user;
+    vd_classic_renderer *renderer = d->renderer;
+    const vd_classic_setup setup =
+        vd_classic_make_setup(renderer->context, d->job, renderer->heightfield, &renderer->mips,
+                              view, d->slices, renderer->directions);
+    if (d->slices != 0 && is_safe(&setup, view->def)) {
+        vd_classic_set_objects(view->frame);
+        return draw(renderer, &setup);
+    }
+    vd_classic_clear(view->frame, view->def->background);
+    vd_classic_counts unwanted;
+    return vd_classic_draw_columns(&setup, &unwanted);
+}
+
 vd_status vd_classic_renderer_draw(vd_classic_renderer *renderer, vd_job *job,
                                    const vd_classic_def *def, vd_frame *frame) {
     if (renderer == NULL) {
         return vd_failure(VD_ERROR_ARGUMENT, "classic: vd_classic_renderer_draw needs a renderer");
     }
     vd_context *context = renderer->context;
-    uint64_t slices = 0;
-    vd_status status = vd_classic_check(context, renderer->heightfield, def, frame, &slices);
+    drawing d = {renderer, job, 0};
+    vd_status status = vd_classic_check(context, renderer->heightfield, def, frame, &d.slices);
     if (status.code == VD_OK) {
         status = reserve_columns(renderer, (size_t)frame->width);
     }
-    if (status.code != VD_OK) {
-        return status;
+    if (status.code == VD_OK && def->mip) {
+        status = reserve_levels(renderer);
     }
-    vd_classic_setup setup = vd_classic_make_setup(context, job, renderer->heightfield, def, slices,
-                                                   frame, renderer->directions);
-    if (slices != 0 && is_safe(&setup, def)) {
-        vd_classic_set_objects(frame);
-        return draw(renderer, &setup);
-    }
-    vd_classic_clear(frame, def->background);
-    vd_classic_counts unwanted;
-    return vd_classic_draw_columns(&setup, &unwanted);
+    return status.code == VD_OK
+               ? vd_classic_resolve(context, &renderer->resolver, def, frame, draw_view, &d)
+               : status;
 }

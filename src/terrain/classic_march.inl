@@ -79,24 +79,32 @@
 /* Steps, or slices of the sweep, between two looks at the job: below a millisecond. */
 #define POLL_STEPS 4096
 
-/* For the proof in test_march.c: lanes of the mask pass over the slices from p->k to end. */
+/* For the proof in test_march.c: lanes of the mask pass over the slices from `first` to `end`, with
+ * the hidden rows `hidden`. */
 #ifndef VD_MARCH_SKIPPED
-#define VD_MARCH_SKIPPED(setup, p, end, lanes)
+#define VD_MARCH_SKIPPED(setup, p, first, end, hidden, lanes)
 #endif
 
 /* ---- packets and slots ----------------------------------------------------------------------- */
 
 /* Where a packet stands. */
 typedef struct place {
-    vd_wide_i32 index; /* of the cell, in the map's heights */
-    vd_wide_i32 up;    /* 1 where the cell's parent ends with it, else 0 */
-    vd_wide_f32 end;   /* the last slice that is surely in the cell */
+    vd_wide_i32 index;       /* of the cell, in the map's heights */
+    vd_wide_i32 column, row; /* the cell at its level */
+    vd_wide_i32 up;          /* 1 where the cell's parent ends with it, else 0 */
+    vd_wide_f32 end;         /* the last slice that is surely in the cell */
 } place;
+
+/* The heights of a cell and its right, lower and lower right neighbours. */
+typedef struct patch {
+    vd_wide_f32 h00, h10, h01, h11;
+} patch;
 
 /* LANES neighbouring columns, each somewhere on its own way. */
 typedef struct packet {
-    vd_wide_f32 k;      /* number of the next slice */
-    vd_wide_f32 hidden; /* last hidden row; −infinity once nothing more can be seen */
+    const vd_march_segment *segment;
+    vd_wide_f32 k;      /* number of the next slice; behind the segment's last when it is done */
+    vd_wide_f32 hidden; /* last hidden row */
     vd_wide_i32 level;
     vd_wide_f32 direction_x, direction_y;
     vd_wide_f32 slices_x, slices_y;   /* slices a sample of the map, signed, */
@@ -105,6 +113,10 @@ typedef struct packet {
     vd_wide_i32 flip_x, flip_y;       /* 0 where it grows, else 1 */
     vd_wide_i32 pixel;                /* of the tiles' first row */
     place next;                       /* if located ahead */
+    /* For the linear filter: the way of a slice, twice its product, and 2^−20 times the direction's
+     * size. */
+    vd_wide_f32 step_x, step_y, bend, unsure;
+    patch four; /* where `next` is */
 } packet;
 
 /* A tile in hand. */
@@ -114,15 +126,28 @@ typedef struct slot {
     packet packets[GROUPS];
 } slot;
 
+/* Opaque, in the alpha of a pixel. */
+#define OPAQUE 0xFF000000u
+
+/* vd_classic_mix of pixels with alpha 255, two channels at a time; 0 <= w <= 256. */
+VD_CLASSIC_INLINE vd_wide_u32 mix(vd_wide_u32 a, vd_wide_u32 b, vd_wide_u32 w) {
+    const uint32_t even = 0x00FF00FFu, half = 0x00800080u;
+    const vd_wide_u32 v = 256u - w;
+    const vd_wide_u32 low = ((a & even) * v + (b & even) * w + half) >> 8 & even;
+    const vd_wide_u32 high = ((a >> 8 & even) * v + (b >> 8 & even) * w + half) & ~even;
+    return low | high;
+}
+
 /* ---- what is found --------------------------------------------------------------------------- */
 
 /* Fetches the colours of the list and empties it into the tiles. */
-static __attribute__((noinline)) void drain(const vd_march_picture *picture,
-                                            vd_march_scratch *scratch, size_t count, bool deep) {
-    const uint32_t *colors = (const uint32_t *)(const void *)picture->map->colors;
+static __attribute__((noinline)) void drain(const vd_march_map *map, vd_march_scratch *scratch,
+                                            size_t count, bool deep) {
+    const vd_rgba8 *from = map->height_type == VD_HEIGHT_U8 ? map->strips : map->colors;
+    const uint32_t *colors = (const uint32_t *)(const void *)from;
     uint32_t *tiles = scratch->tiles;
     for (size_t i = 0; i < count; i++) {
-        tiles[scratch->at[i]] = colors[scratch->from[i]];
+        tiles[scratch->at[i]] = colors[scratch->from[i]] | OPAQUE;
     }
     if (deep) {
         for (size_t i = 0; i < count; i++) {
@@ -132,17 +157,18 @@ static __attribute__((noinline)) void drain(const vd_march_picture *picture,
 }
 
 /* Adds the lanes of `seen` to the list; returns its new length. */
-VD_CLASSIC_INLINE size_t found(const vd_march_picture *picture, vd_march_scratch *scratch,
-                               size_t count, vd_wide_mask seen, vd_wide_i32 row, vd_wide_i32 pixel,
-                               vd_wide_i32 index, vd_wide_f32 z, bool deep) {
+VD_CLASSIC_INLINE size_t found(const vd_march_picture *picture, const vd_march_map *map,
+                               vd_march_scratch *scratch, size_t count, vd_wide_mask seen,
+                               vd_wide_i32 row, vd_wide_i32 pixel, vd_wide_i32 from, vd_wide_f32 z,
+                               bool deep) {
     if (__builtin_expect(count > VD_MARCH_BATCH - LANES, 0)) {
-        drain(picture, scratch, count, deep);
+        drain(map, scratch, count, deep);
         count = 0;
     }
     /* Unsigned: the row of a lane that is not seen may be anything. */
     const vd_wide_u32 at = (vd_wide_u32)pixel + (vd_wide_u32)row * VD_MARCH_TILE;
     vd_wide_compress_i32(scratch->at + count, seen, (vd_wide_i32)at);
-    vd_wide_compress_i32(scratch->from + count, seen, index);
+    vd_wide_compress_i32(scratch->from + count, seen, from);
     if (deep) {
         vd_wide_compress_i32((int32_t *)(void *)(scratch->depth_of + count), seen,
                              (vd_wide_i32)(picture->setup->z0 / z));
@@ -197,13 +223,14 @@ VD_CLASSIC_INLINE interval find_interval(vd_wide_f32 p, float size, float invers
 VD_CLASSIC_INLINE place locate(const vd_march_picture *picture, const packet *p, bool power_of_two,
                                bool deep) {
     const vd_classic_setup *setup = picture->setup;
-    const vd_march_map *map = picture->map;
+    const vd_march_segment *segment = p->segment;
+    const vd_march_map *map = segment->map;
     const vd_wide_f32 k = p->k;
     const vd_wide_i32 level = p->level;
     place here;
     const vd_wide_f32 z = setup->z0 + k * setup->step;
-    const vd_wide_f32 x = setup->eye_x + z * p->direction_x;
-    const vd_wide_f32 y = setup->eye_y + z * p->direction_y;
+    const vd_wide_f32 x = segment->eye_x + z * p->direction_x;
+    const vd_wide_f32 y = segment->eye_y + z * p->direction_y;
     const vd_wide_f32 cell =
         LANES == 16 ? vd_wide_lookup_f32(map->cell, level) : vd_wide_exp2_i32(level);
     const vd_wide_f32 inverse =
@@ -216,9 +243,9 @@ VD_CLASSIC_INLINE place locate(const vd_march_picture *picture, const packet *p,
         const vd_wide_f32 cell_x = vd_wide_floor_f32(x * inverse);
         const vd_wide_f32 cell_y = vd_wide_floor_f32(y * inverse);
         away_x =
-            vd_wide_estimate_f32(cell_x + p->forward_x, cell, vd_wide_splat_f32(-setup->eye_x));
+            vd_wide_estimate_f32(cell_x + p->forward_x, cell, vd_wide_splat_f32(-segment->eye_x));
         away_y =
-            vd_wide_estimate_f32(cell_y + p->forward_y, cell, vd_wide_splat_f32(-setup->eye_y));
+            vd_wide_estimate_f32(cell_y + p->forward_y, cell, vd_wide_splat_f32(-segment->eye_y));
         column = vd_wide_to_i32(cell_x);
         row = vd_wide_to_i32(cell_y);
     } else {
@@ -226,8 +253,8 @@ VD_CLASSIC_INLINE place locate(const vd_march_picture *picture, const packet *p,
             find_interval(x, (float)map->width, 1.0f / (float)map->width, cell, inverse);
         const interval along =
             find_interval(y, (float)map->height, 1.0f / (float)map->height, cell, inverse);
-        away_x = across.low + p->forward_x * (across.high - across.low) - setup->eye_x;
-        away_y = along.low + p->forward_y * (along.high - along.low) - setup->eye_y;
+        away_x = across.low + p->forward_x * (across.high - across.low) - segment->eye_x;
+        away_y = along.low + p->forward_y * (along.high - along.low) - segment->eye_y;
         column = across.cell;
         row = along.cell;
     }
@@ -249,7 +276,9 @@ VD_CLASSIC_INLINE place locate(const vd_march_picture *picture, const packet *p,
     }
     here.index =
         vd_wide_lookup_i32(map->offset, level) + column + (row << 3) + (column & ~7) * lead;
-    const vd_wide_f32 last = vd_wide_splat_f32(picture->last);
+    here.column = column;
+    here.row = row;
+    const vd_wide_f32 last = vd_wide_splat_f32(segment->last);
     const vd_wide_mask everything = vd_wide_equal_i32(level, vd_wide_splat_i32(map->everything));
     const vd_wide_f32 end = vd_wide_max_f32(vd_wide_floor_f32(vd_wide_min_f32(k_x, k_y)), k);
     here.end = vd_wide_blend_f32(everything, last, vd_wide_min_f32(end, last));
@@ -276,14 +305,15 @@ VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *s
                             size_t *count, packet *p, vd_height_type type, bool power_of_two,
                             bool deep, bool ahead) {
     const vd_classic_setup *setup = picture->setup;
-    const vd_march_map *map = picture->map;
+    const vd_march_segment *segment = p->segment;
+    const vd_march_map *map = segment->map;
     const place here = ahead ? p->next : locate(picture, p, power_of_two, deep);
     const vd_wide_i32 index = here.index, up = here.up, level = p->level;
     const vd_wide_f32 k = p->k, end = here.end;
     const vd_wide_f32 height = gather_height(map, index, type);
     const vd_wide_mask leaf = vd_wide_equal_i32(level, vd_wide_splat_i32(0));
     const vd_wide_i32 everything = vd_wide_splat_i32(map->everything);
-    const vd_wide_f32 last = vd_wide_splat_f32(picture->last);
+    const vd_wide_f32 past = vd_wide_splat_f32(segment->last + 1.0f);
 
     /* The highest row that anything in the cell reaches on the way through it. */
     const vd_wide_f32 below = setup->eye_height - height;
@@ -294,19 +324,21 @@ VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *s
     const vd_wide_f32 rise = vd_wide_blend_f32(under, rise_here, rise_end);
     const vd_wide_f32 z_worst = vd_wide_blend_f32(under, z, z_end);
     const vd_wide_f32 top = below * rise + setup->horizon;
-    const vd_wide_mask visible = vd_wide_less_f32(top, p->hidden);
+    const vd_wide_mask visible = vd_wide_less_f32(top, p->hidden) & vd_wide_less_f32(k, past);
     const vd_wide_mask seen = visible & leaf;
     const vd_wide_mask down = visible & vd_wide_not(leaf);
-    VD_MARCH_SKIPPED(setup, p, end, vd_wide_bits(vd_wide_not(visible)));
+    VD_MARCH_SKIPPED(setup, p, k, end, p->hidden, vd_wide_bits(vd_wide_not(visible)));
 
     const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
     const vd_wide_i32 first = vd_wide_to_i32(vd_wide_max_f32(top, zero));
-    *count = found(picture, scratch, *count, seen, first, p->pixel, index, z_worst, deep);
+    const vd_wide_i32 from =
+        type == VD_HEIGHT_U8 ? index : here.column + here.row * map->color_stride;
+    *count = found(picture, map, scratch, *count, seen, first, p->pixel, from, z_worst, deep);
     const vd_wide_f32 hidden =
         vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), p->hidden);
-    const vd_wide_mask going = vd_wide_less_f32(end, last) & vd_wide_less_f32(zero, hidden);
-    p->k = vd_wide_blend_f32(down, k, end + 1.0f);
-    p->hidden = vd_wide_blend_f32(going | down, hidden, vd_wide_splat_f32(-INFINITY));
+    const vd_wide_f32 next = vd_wide_blend_f32(vd_wide_less_f32(zero, hidden), end + 1.0f, past);
+    p->k = vd_wide_blend_f32(down, k, next);
+    p->hidden = hidden;
     /* Up only where the parent ends too: on the way through it, it has been seen to be too high. */
     p->level = vd_wide_min_i32(
         vd_wide_add_where_i32(down, vd_wide_add_where_i32(vd_wide_not(visible), level, up),
@@ -316,177 +348,62 @@ VD_CLASSIC_INLINE bool step(const vd_march_picture *picture, vd_march_scratch *s
         p->next = locate(picture, p, power_of_two, deep);
         prefetch_height(map, p->next.index, type);
     }
-    return vd_wide_bits(going | down) != 0;
+    return vd_wide_bits(vd_wide_less_f32(p->k, past)) != 0;
 }
 
-/* ---- tiles ----------------------------------------------------------------------------------- */
+#include "terrain/classic_march_linear.inl"
+#include "terrain/classic_march_tile.inl"
 
-/* s and b of the essay for one column and one axis. */
-static void begin_axis(const vd_march_picture *picture, float direction, float eye, float *slices,
-                       float *begin) {
-    const vd_classic_setup *setup = picture->setup;
-    const float z_last = setup->z0 + picture->last * setup->step;
-    if (floorf(eye + setup->z0 * direction) == floorf(eye + z_last * direction)) {
-        *slices = 0.0f;
-        *begin = 1e30f;
-        return;
-    }
-    const double per_sample = 1.0 / ((double)direction * setup->step);
-    const double first = (double)setup->z0 / setup->step;
-    const double unsure = 0x1p-22 * fabs((double)eye) * fabs(per_sample);
-    const bool finite = fabs(per_sample) < 1e30 && first < 1e30 && unsure < 1e30;
-    *slices = finite ? (float)(per_sample * (1.0 - 0x1p-20)) : 0.0f;
-    *begin = finite ? (float)(-first - unsure) : -1e30f;
-}
-
-/* `marches`: false for the sweep, which has no use for edges. */
-static __attribute__((noinline)) void begin_packet(const vd_march_picture *picture, int slot_number,
-                                                   int tile, int group, bool marches, packet *p) {
-    const vd_classic_setup *setup = picture->setup;
-    const int width = setup->frame->width, height = setup->frame->height;
-    memset(p, 0, sizeof *p);
-    for (int lane = 0; lane < LANES; lane++) {
-        const int column = tile * VD_MARCH_TILE + group * LANES + lane;
-        const int here = column < width ? column : width - 1;
-        const float x = setup->direction_x[here], y = setup->direction_y[here];
-        p->direction_x[lane] = x;
-        p->direction_y[lane] = y;
-        if (marches) {
-            float slices, begin;
-            begin_axis(picture, x, setup->eye_x, &slices, &begin);
-            p->slices_x[lane] = slices;
-            p->begin_x[lane] = begin;
-            begin_axis(picture, y, setup->eye_y, &slices, &begin);
-            p->slices_y[lane] = slices;
-            p->begin_y[lane] = begin;
-        }
-        p->forward_x[lane] = x > 0.0f ? 1.0f : 0.0f;
-        p->forward_y[lane] = y > 0.0f ? 1.0f : 0.0f;
-        p->flip_x[lane] = x > 0.0f ? 0 : 1;
-        p->flip_y[lane] = y > 0.0f ? 0 : 1;
-        p->hidden[lane] = column < width ? (float)height : -INFINITY;
-        p->pixel[lane] = slot_number * height * VD_MARCH_TILE + group * LANES + lane;
-    }
-}
-
-/* Takes the next tile; −1 when there is none. */
-static int take_tile(vd_march_picture *picture) {
-    if (atomic_load(&picture->interrupted)) {
-        return -1;
-    }
-    if (vd_job_stopped(picture->setup->job)) {
-        atomic_store(&picture->interrupted, true);
-        return -1;
-    }
-    const int tile = atomic_fetch_add(&picture->next_tile, 1);
-    return tile < picture->tiles ? tile : -1;
-}
-
-VD_CLASSIC_INLINE void begin_slot(vd_march_picture *picture, slot *slots, int number,
-                                  bool power_of_two, bool deep, bool ahead) {
-    slot *s = &slots[number];
-    s->tile = take_tile(picture);
-    s->alive = s->tile < 0 ? 0 : (1u << GROUPS) - 1;
-    for (int group = 0; group < GROUPS && s->tile >= 0; group++) {
-        begin_packet(picture, number, s->tile, group, true, &s->packets[group]);
-        if (ahead) {
-            s->packets[group].next = locate(picture, &s->packets[group], power_of_two, deep);
-        }
-    }
-}
-
-/* Depth and id of a tile; its colours tell where runs begin. */
-static void flush_planes(const vd_frame *frame, const vd_march_scratch *scratch, size_t at,
-                         int first, int columns) {
-    float depth[VD_MARCH_TILE] = {0};
-    uint32_t id[VD_MARCH_TILE] = {0};
-    for (int row = 0; row < frame->height; row++, at += VD_MARCH_TILE) {
-        for (int i = 0; i < VD_MARCH_TILE; i++) {
-            if (scratch->tiles[at + (size_t)i] != 0) {
-                id[i] = 1;
-                depth[i] = frame->depth != NULL ? scratch->depths[at + (size_t)i] : 0.0f;
-            }
-        }
-        const size_t to = (size_t)row * frame->stride + (size_t)first;
-        if (frame->depth != NULL) {
-            memcpy(frame->depth + to, depth, (size_t)columns * sizeof *depth);
-        }
-        if (frame->id != NULL) {
-            memcpy(frame->id + to, id, (size_t)columns * sizeof *id);
-        }
-    }
-}
-
-/* Writes a tile out: a row shows the colour of the last run that began at or above it. The picture
- * is written a line at a time and not read again here, so it goes past the caches, which belong to
- * the map (700 × 512: 7 % faster, 1920 × 1080: 14 %). */
-static void flush(const vd_march_picture *picture, vd_march_scratch *scratch, int slot_number,
-                  int tile) {
-    const vd_classic_setup *setup = picture->setup;
-    const vd_frame *frame = setup->frame;
-    const int first = tile * VD_MARCH_TILE;
-    const int columns = frame->width - first < VD_MARCH_TILE ? frame->width - first : VD_MARCH_TILE;
-    const size_t at = (size_t)slot_number * (size_t)frame->height * VD_MARCH_TILE;
-    uint32_t *from = scratch->tiles + at;
-    uint32_t *to = (uint32_t *)(void *)frame->rgba + first;
-    const bool lines = columns == VD_MARCH_TILE && frame->stride % VD_MARCH_TILE == 0 &&
-                       (uintptr_t)to % (VD_MARCH_TILE * sizeof *to) == 0;
-    if (frame->depth != NULL || frame->id != NULL) {
-        flush_planes(frame, scratch, at, first, columns);
-    }
-    const vd_wide_i32 zero = vd_wide_splat_i32(0);
-    vd_wide_i32 color[GROUPS];
-    for (int group = 0; group < GROUPS; group++) {
-        color[group] = vd_wide_splat_i32((int32_t)setup->background);
-    }
-    for (int row = 0; row < frame->height; row++) {
-        for (int group = 0; group < GROUPS; group++) {
-            vd_wide_i32 here;
-            memcpy(&here, from + group * LANES, sizeof here);
-            memcpy(from + group * LANES, &zero, sizeof zero);
-            color[group] = vd_wide_blend_i32(vd_wide_equal_i32(here, zero), color[group], here);
-        }
-        if (lines) {
-            for (int group = 0; group < GROUPS; group++) {
-                vd_wide_stream_i32(to + group * LANES, color[group]);
-            }
-        } else {
-            memcpy(to, color, (size_t)columns * sizeof *to);
-        }
-        from += VD_MARCH_TILE;
-        to += frame->stride;
-    }
-    vd_wide_fence();
-}
+/* ---- the march ------------------------------------------------------------------------------- */
 
 VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratch,
-                             vd_height_type type, bool power_of_two, bool deep, bool ahead) {
+                             vd_height_type type, bool power_of_two, bool deep, bool ahead,
+                             bool linear) {
     slot slots[VD_MARCH_SLOTS];
-    const int slot_count = ahead ? VD_MARCH_SLOTS : SLOTS;
+    const int slot_count = ahead ? VD_MARCH_SLOTS : linear ? 2 * SLOTS : SLOTS;
     for (int i = 0; i < slot_count; i++) {
         begin_slot(picture, slots, i, power_of_two, deep, ahead);
     }
+    /* What waits in the list is of the one map. */
+    const vd_march_map *map = picture->segments[0].map;
     size_t count = 0;
     bool working = true;
     for (uint32_t steps = 1; working; steps++) {
         working = false;
+        for (int i = 0; i < slot_count && linear; i++) {
+            for (int group = 0; group < GROUPS && slots[i].tile >= 0; group++) {
+                linear_look(picture, &slots[i].packets[group], type, power_of_two);
+            }
+        }
         for (int i = 0; i < slot_count; i++) {
             slot *s = &slots[i];
             if (s->tile < 0) {
                 continue;
             }
             working = true;
-            uint32_t alive = 0;
             for (int group = 0; group < GROUPS; group++) {
-                if ((s->alive >> group & 1) != 0 &&
-                    step(picture, scratch, &count, &s->packets[group], type, power_of_two, deep,
-                         ahead)) {
-                    alive |= 1u << group;
+                packet *p = &s->packets[group];
+                if ((s->alive >> group & 1) == 0) {
+                    continue;
+                }
+                if (__builtin_expect(p->segment->map != map, 0)) {
+                    drain_list(map, scratch, count, deep, linear);
+                    count = 0;
+                    map = p->segment->map;
+                }
+                const bool alive =
+                    linear ? linear_step(picture, scratch, &count, p, type)
+                           : step(picture, scratch, &count, p, type, power_of_two, deep, ahead);
+                if (!alive && next_segment(picture, p)) {
+                    if (ahead) {
+                        p->next = locate(picture, p, power_of_two, deep);
+                    }
+                } else if (!alive) {
+                    s->alive &= ~(1u << group);
                 }
             }
-            s->alive = alive;
-            if (alive == 0) {
-                drain(picture, scratch, count, deep);
+            if (s->alive == 0) {
+                drain_list(map, scratch, count, deep, linear);
                 count = 0;
                 flush(picture, scratch, i, s->tile);
                 begin_slot(picture, slots, i, power_of_two, deep, ahead);
@@ -494,7 +411,6 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
         }
         if (steps % POLL_STEPS == 0 && vd_job_stopped(picture->setup->job)) {
             atomic_store(&picture->interrupted, true);
-            drain(picture, scratch, count, deep);
             memset(scratch->tiles, 0,
                    sizeof *scratch->tiles * VD_MARCH_SLOTS * VD_MARCH_TILE *
                        (size_t)picture->setup->frame->height);
@@ -503,118 +419,51 @@ VD_CLASSIC_INLINE void march(vd_march_picture *picture, vd_march_scratch *scratc
     }
 }
 
-/* ---- the sweep -------------------------------------------------------------------------------
- * For growing steps, which pass several samples at once, and for few slices: there is nothing that
- * a pyramid could pass over. The slices' z and rises stand in a table. */
-
-/* Every slice of a tile's columns, until the highest height cannot be seen any more. Returns false
- * when the job was stopped. */
-VD_CLASSIC_INLINE bool sweep_tile(vd_march_picture *picture, vd_march_scratch *scratch,
-                                  packet *packets, vd_height_type type, bool power_of_two,
-                                  bool deep) {
-    const vd_classic_setup *setup = picture->setup;
-    const vd_march_map *map = picture->map;
-    const float above = setup->eye_height - map->highest;
-    const float nearest_top = above * picture->slice_rise[setup->slice_count - 1] + setup->horizon;
-    const vd_wide_i32 column_mask = vd_wide_splat_i32(map->mask_x[0]);
-    const vd_wide_i32 row_mask = vd_wide_splat_i32(map->mask_y[0]);
-    const int32_t lead = map->mask_y[0];
-    size_t count = 0;
-    bool finished = true;
-    for (uint32_t k = 0; k < setup->slice_count; k++) {
-        const float z = picture->slice_z[k], rise = picture->slice_rise[k];
-        if (k % 8 == 0) {
-            const float top = above < 0.0f ? above * rise + setup->horizon : nearest_top;
-            uint32_t alive = 0;
-            for (int group = 0; group < GROUPS; group++) {
-                alive |=
-                    vd_wide_bits(vd_wide_less_f32(vd_wide_splat_f32(top), packets[group].hidden));
-            }
-            if (alive == 0) {
-                break;
-            }
-            if (k % POLL_STEPS == 0 && vd_job_stopped(setup->job)) {
-                finished = false;
-                break;
-            }
-        }
-        for (int group = 0; group < GROUPS; group++) {
-            packet *p = &packets[group];
-            vd_wide_f32 x = vd_wide_floor_f32(setup->eye_x + z * p->direction_x);
-            vd_wide_f32 y = vd_wide_floor_f32(setup->eye_y + z * p->direction_y);
-            vd_wide_i32 column, row;
-            if (power_of_two) {
-                column = vd_wide_to_i32(x) & column_mask;
-                row = vd_wide_to_i32(y) & row_mask;
-            } else {
-                column = vd_wide_to_i32(wrap(x, (float)map->width, 1.0f / (float)map->width));
-                row = vd_wide_to_i32(wrap(y, (float)map->height, 1.0f / (float)map->height));
-            }
-            const vd_wide_i32 index = column + (row << 3) + (column & ~7) * lead;
-            const vd_wide_f32 height = gather_height(map, index, type);
-            const vd_wide_f32 top = (setup->eye_height - height) * rise + setup->horizon;
-            const vd_wide_mask seen = vd_wide_less_f32(top, p->hidden);
-            if (vd_wide_bits(seen) == 0) {
-                continue;
-            }
-            const vd_wide_f32 zero = vd_wide_splat_f32(0.0f);
-            const vd_wide_i32 first =
-                vd_wide_to_i32(vd_wide_max_f32(vd_wide_blend_f32(seen, top, zero), zero));
-            count = found(picture, scratch, count, seen, first, p->pixel, index,
-                          vd_wide_splat_f32(z), deep);
-            const vd_wide_f32 hidden =
-                vd_wide_blend_f32(seen, __builtin_convertvector(first, vd_wide_f32), p->hidden);
-            p->hidden = vd_wide_blend_f32(vd_wide_less_f32(zero, hidden), hidden,
-                                          vd_wide_splat_f32(-INFINITY));
-        }
-    }
-    drain(picture, scratch, count, deep);
-    return finished;
-}
-
-VD_CLASSIC_INLINE void sweep(vd_march_picture *picture, vd_march_scratch *scratch,
-                             vd_height_type type, bool power_of_two, bool deep) {
-    packet packets[GROUPS];
-    for (int tile; (tile = take_tile(picture)) >= 0;) {
-        for (int group = 0; group < GROUPS; group++) {
-            begin_packet(picture, 0, tile, group, false, &packets[group]);
-        }
-        if (!sweep_tile(picture, scratch, packets, type, power_of_two, deep)) {
-            atomic_store(&picture->interrupted, true);
-        }
-        flush(picture, scratch, 0, tile);
-    }
-}
+#include "terrain/classic_march_sweep.inl"
 
 /* ---- one copy for each type, kind of map and wish for depth -----------------------------------
  */
 
 #define COPY(name, type, power_of_two, deep)                                                       \
     static void march_##name(vd_march_picture *picture, vd_march_scratch *scratch) {               \
-        march(picture, scratch, type, power_of_two, deep, false);                                  \
+        march(picture, scratch, type, power_of_two, deep, false, false);                           \
     }                                                                                              \
     static void ahead_##name(vd_march_picture *picture, vd_march_scratch *scratch) {               \
-        march(picture, scratch, type, power_of_two, deep, true);                                   \
+        march(picture, scratch, type, power_of_two, deep, true, false);                            \
     }                                                                                              \
     static void sweep_##name(vd_march_picture *picture, vd_march_scratch *scratch) {               \
-        sweep(picture, scratch, type, power_of_two, deep);                                         \
+        sweep(picture, scratch, type, power_of_two, deep, false);                                  \
+    }
+#define LINEAR_COPY(name, type, power_of_two)                                                      \
+    static void linear_##name(vd_march_picture *picture, vd_march_scratch *scratch) {              \
+        march(picture, scratch, type, power_of_two, true, false, true);                            \
+    }                                                                                              \
+    static void linear_sweep_##name(vd_march_picture *picture, vd_march_scratch *scratch) {        \
+        sweep(picture, scratch, type, power_of_two, true, true);                                   \
     }
 #define COPIES(name, type)                                                                         \
     COPY(name##_any, type, false, false)                                                           \
     COPY(name##_any_deep, type, false, true)                                                       \
     COPY(name, type, true, false)                                                                  \
-    COPY(name##_deep, type, true, true)
+    COPY(name##_deep, type, true, true)                                                            \
+    LINEAR_COPY(name##_any, type, false)                                                           \
+    LINEAR_COPY(name, type, true)
 #define ROW(kind, name)                                                                            \
     {                                                                                              \
         {kind##_##name##_any, kind##_##name##_any_deep}, {                                         \
             kind##_##name, kind##_##name##_deep                                                    \
         }                                                                                          \
     }
+#define LINEAR_ROW(kind, name)                                                                     \
+    { kind##_##name##_any, kind##_##name }
 
 COPIES(u8, VD_HEIGHT_U8)
 COPIES(u16, VD_HEIGHT_U16)
 COPIES(f32, VD_HEIGHT_F32)
 
-const vd_march_kernels TABLE = {{ROW(march, u8), ROW(march, u16), ROW(march, f32)},
-                                {ROW(ahead, u8), ROW(ahead, u16), ROW(ahead, f32)},
-                                {ROW(sweep, u8), ROW(sweep, u16), ROW(sweep, f32)}};
+const vd_march_kernels TABLE = {
+    {ROW(march, u8), ROW(march, u16), ROW(march, f32)},
+    {ROW(ahead, u8), ROW(ahead, u16), ROW(ahead, f32)},
+    {ROW(sweep, u8), ROW(sweep, u16), ROW(sweep, f32)},
+    {LINEAR_ROW(linear, u8), LINEAR_ROW(linear, u16), LINEAR_ROW(linear, f32)},
+    {LINEAR_ROW(linear_sweep, u8), LINEAR_ROW(linear_sweep, u16), LINEAR_ROW(linear_sweep, f32)}};

@@ -8,20 +8,15 @@
 #include "core/core.h"
 #include "terrain/classic_internal.h"
 
-VD_CLASSIC_INLINE bool draw(const vd_classic_setup *setup, int32_t *hidden, vd_height_type type) {
+VD_CLASSIC_INLINE bool draw(const vd_classic_setup *setup, vd_classic_column *columns,
+                            vd_height_type type) {
     int width = setup->frame->width;
     vd_classic_slice slice = vd_classic_slice_first(setup);
     while (slice.k < setup->slice_count) {
         if (vd_job_stopped(setup->job)) {
             return false;
         }
-        for (int column = 0; column < width; column++) {
-            vd_classic_sample sample = vd_classic_look(setup, &slice, column, type);
-            if (sample.top < hidden[column]) {
-                vd_classic_paint(setup, column, sample, hidden[column], slice.z);
-                hidden[column] = sample.top;
-            }
-        }
+        vd_classic_draw_slice(setup, &slice, 0, width, columns, type);
         vd_classic_slice_next(setup, &slice);
         vd_job_report(setup->job, (int)slice.k, (int)setup->slice_count);
     }
@@ -29,27 +24,27 @@ VD_CLASSIC_INLINE bool draw(const vd_classic_setup *setup, int32_t *hidden, vd_h
 }
 
 /* One copy of the loop per height type. */
-static bool draw_u8(const vd_classic_setup *setup, int32_t *hidden) {
-    return draw(setup, hidden, VD_HEIGHT_U8);
+static bool draw_u8(const vd_classic_setup *setup, vd_classic_column *columns) {
+    return draw(setup, columns, VD_HEIGHT_U8);
 }
 
-static bool draw_u16(const vd_classic_setup *setup, int32_t *hidden) {
-    return draw(setup, hidden, VD_HEIGHT_U16);
+static bool draw_u16(const vd_classic_setup *setup, vd_classic_column *columns) {
+    return draw(setup, columns, VD_HEIGHT_U16);
 }
 
-static bool draw_f32(const vd_classic_setup *setup, int32_t *hidden) {
-    return draw(setup, hidden, VD_HEIGHT_F32);
+static bool draw_f32(const vd_classic_setup *setup, vd_classic_column *columns) {
+    return draw(setup, columns, VD_HEIGHT_F32);
 }
 
 vd_status vd_classic_draw_reference(const vd_classic_setup *setup, vd_classic_counts *counts) {
-    static bool (*const draws[VD_HEIGHT_TYPE_COUNT])(const vd_classic_setup *,
-                                                     int32_t *) = {draw_u8, draw_u16, draw_f32};
+    static bool (*const draws[VD_HEIGHT_TYPE_COUNT])(
+        const vd_classic_setup *, vd_classic_column *) = {draw_u8, draw_u16, draw_f32};
     (void)counts;
-    int32_t *hidden = vd_classic_hidden_create(setup);
-    if (hidden == NULL) {
-        return vd_out_of_memory("the hidden rows", (size_t)setup->frame->width * sizeof *hidden);
+    vd_classic_column *columns = vd_classic_columns_create(setup);
+    if (columns == NULL) {
+        return vd_out_of_memory("the hidden rows", (size_t)setup->frame->width * sizeof *columns);
     }
-    bool finished = draws[setup->height_type](setup, hidden);
-    vd_release(setup->context, hidden);
+    bool finished = draws[setup->height_type](setup, columns);
+    vd_release(setup->context, columns);
     return finished ? vd_success() : vd_classic_cancelled();
 }

@@ -11,7 +11,7 @@
 typedef struct region {
     const vd_classic_setup *setup;
     const vd_classic_slice *slice;
-    int32_t *hidden;
+    vd_classic_column *columns;
     int pieces;
 } region;
 
@@ -19,7 +19,7 @@ VD_CLASSIC_INLINE void draw(const region *r, int index, vd_height_type type) {
     int64_t width = r->setup->frame->width;
     int first = (int)(width * index / r->pieces);
     int end = (int)(width * (index + 1) / r->pieces);
-    vd_classic_draw_slice(r->setup, r->slice, first, end - first, r->hidden + first, type);
+    vd_classic_draw_slice(r->setup, r->slice, first, end - first, r->columns + first, type);
 }
 
 static void draw_u8(void *user, int index, int worker) {
@@ -40,13 +40,13 @@ static void draw_f32(void *user, int index, int worker) {
 vd_status vd_classic_draw_slices(const vd_classic_setup *setup, vd_classic_counts *counts) {
     static vd_task_function *const draws[VD_HEIGHT_TYPE_COUNT] = {draw_u8, draw_u16, draw_f32};
     (void)counts;
-    int32_t *hidden = vd_classic_hidden_create(setup);
-    if (hidden == NULL) {
-        return vd_out_of_memory("the hidden rows", (size_t)setup->frame->width * sizeof *hidden);
+    vd_classic_column *columns = vd_classic_columns_create(setup);
+    if (columns == NULL) {
+        return vd_out_of_memory("the hidden rows", (size_t)setup->frame->width * sizeof *columns);
     }
     vd_status status = vd_success();
     vd_classic_slice slice = vd_classic_slice_first(setup);
-    region r = {setup, &slice, hidden, vd_context_threads(setup->context)};
+    region r = {setup, &slice, columns, vd_context_threads(setup->context)};
     while (slice.k < setup->slice_count && status.code == VD_OK) {
         if (vd_job_stopped(setup->job)) {
             status = vd_classic_cancelled();
@@ -58,6 +58,6 @@ vd_status vd_classic_draw_slices(const vd_classic_setup *setup, vd_classic_count
             vd_job_report(setup->job, (int)slice.k, (int)setup->slice_count);
         }
     }
-    vd_release(setup->context, hidden);
+    vd_release(setup->context, columns);
     return status;
 }

@@ -27,8 +27,8 @@
 
 #include <veduta/terrain.h>
 
-#define VD_LENS_LEVELS 17  /* of detail, and of blocks within one */
-#define VD_LENS_TABLE 16   /* entries of a table that kernels look up by block level */
+#define VD_LENS_LEVELS 17 /* of detail, and of blocks within one */
+#define VD_LENS_TABLE 16  /* entries of a table that kernels look up by block level */
 #define VD_LENS_TEXTURES 18
 
 /* One level of detail. Cells are counted from (column, row), in cells of the level from the map's
@@ -41,7 +41,8 @@ typedef struct vd_lens_ground {
     /* The block of 2^r × 2^r cells that holds cell (c, r'), 1 <= r <= top:
      *     maxima[offset[r] + (r' >> r)·pitch[r] + (c >> r)]
      * offset and pitch are int32_t tables for vd_wide_lookup_i32. Block level top is one block that
-     * holds all cells; top may be 0: then there is one cell and no maxima. */
+     * holds all cells, or VD_LENS_TABLE − 1 and then a few that do; top may be 0: then there is one
+     * cell and no maxima. */
     const float *maxima;
     _Alignas(64) int32_t offset[VD_LENS_TABLE];
     int32_t pitch[VD_LENS_TABLE];
@@ -55,6 +56,8 @@ typedef struct vd_lens_texture {
     const uint32_t *texels; /* texel (0, 0) */
     int32_t stride;
     int32_t width, height;
+    int32_t column,
+        row; /* of texel (0, 0), in this size's texels from the map's; 0 of heightfields */
 } vd_lens_texture;
 
 typedef struct vd_lens_map {

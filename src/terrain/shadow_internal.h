@@ -21,11 +21,13 @@
  *
  * A ray that is above the highest ground stays there (t grows with k): a block stops at the first
  * step where its lowest cell is. Within, runs of 8 steps are skipped when the lowest cell's ray is
- * above all of the 64 × 32 tiles that the block's rays cross meanwhile. Both tests are exact: h + t
- * is monotone in h and t, also when rounded. Tried and not faster: two groups of 4 rows, so that
- * heights and counts fit the 16 registers of v2 and v3 (v3: 6.4 ms against 5.5);
- * strips of 64 columns from top to bottom instead of rows, to stay in the second-level cache (no
- * difference at 1024 and 4096 samples a side, 20 % slower with the sun in the east).
+ * above all of the 64 × 32 tiles that the block's rays cross meanwhile; blocks narrower than a tile
+ * (all but those of bytes at v4) are first asked so together, for a tile's width. All tests are
+ * exact: h + t is monotone in h and t, also when rounded. Tried and not faster: two groups of 4
+ * rows, so that heights and counts fit the 16 registers of v2 and v3 (v3: 6.4 ms against 5.5); a
+ * masked addition for float heights at v4 (no difference); strips of 64 columns from top to bottom
+ * instead of rows, to stay in the second-level cache (no difference at 1024 and 4096 samples a
+ * side, 20 % slower with the sun in the east).
  */
 #ifndef VEDUTA_TERRAIN_SHADOW_INTERNAL_H
 #define VEDUTA_TERRAIN_SHADOW_INTERNAL_H

@@ -95,6 +95,7 @@ static inline int above_whole(uint32_t lowest, const vd_shadow_slab *slab, int k
 #define MAXIMA maxima_u8
 #define GROUND ground_u8
 #define LOWEST lowest_u8
+#define RUNS runs_u8
 #define base_heights same_u8
 #define count_under count_u8
 #define is_above above_whole
@@ -108,6 +109,7 @@ static inline int above_whole(uint32_t lowest, const vd_shadow_slab *slab, int k
 #undef MAXIMA
 #undef GROUND
 #undef LOWEST
+#undef RUNS
 #undef base_heights
 #undef count_under
 #undef narrow
@@ -155,6 +157,7 @@ static inline void narrow_u16(uint8_t *out, vector_u16 count) {
 #define MAXIMA maxima_u16
 #define GROUND ground_u16
 #define LOWEST lowest_u16
+#define RUNS runs_u16
 #define base_heights same_u16
 #define count_under count_u16
 #define narrow narrow_u16
@@ -167,6 +170,7 @@ static inline void narrow_u16(uint8_t *out, vector_u16 count) {
 #undef MAXIMA
 #undef GROUND
 #undef LOWEST
+#undef RUNS
 #undef base_heights
 #undef count_under
 #undef is_above
@@ -201,6 +205,7 @@ static inline void narrow_f32(uint8_t *out, vd_wide_u32 count) {
 #define MAXIMA maxima_f32
 #define GROUND ground_f32
 #define LOWEST lowest_f32
+#define RUNS runs_f32
 #define base_heights base_f32
 #define count_under count_f32
 #define is_above above_f32

@@ -1,0 +1,2 @@
+#define TABLE vd_lens_kernels_v4
+#include "terrain/lens_map_kernels.inl"

@@ -1,0 +1,2 @@
+#define TABLE vd_lens_methods_v3
+#include "terrain/lens_march.inl"

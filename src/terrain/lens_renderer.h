@@ -1,0 +1,43 @@
+/* lens_renderer.h: the insides of vd_terrain_renderer, for terrain.c. */
+#ifndef VEDUTA_TERRAIN_LENS_RENDERER_H
+#define VEDUTA_TERRAIN_LENS_RENDERER_H
+
+#include "terrain/lens_view.h"
+
+typedef struct vd_lens_worker vd_lens_worker;
+
+struct vd_terrain_renderer {
+    vd_context *context;
+    vd_terrain_def def;
+    vd_colormap colormap; /* def's, if it has one */
+    vd_lens_map map;
+    vd_lens_view view; /* of the last picture */
+    const vd_lens_methods *kernels;
+    vd_lens_worker *workers; /* [threads] */
+    float *depth, *starts;   /* see vd_lens_picture */
+    size_t depths, start_count;
+    uint32_t sky[VD_LENS_SKY + 1];
+};
+
+/* Which tiles of a picture are drawn: first, first + step, …, in rows. */
+typedef struct vd_lens_tiles {
+    int first, step, count;
+} vd_lens_tiles;
+
+static inline int vd_lens_tile_count(int pixels) {
+    return (pixels + VD_LENS_TILE - 1) / VD_LENS_TILE;
+}
+
+/* Returns VD_ERROR_ARGUMENT with the field's name when a def cannot be drawn. */
+VD_MUST_USE vd_status vd_terrain_check(const vd_terrain_def *def);
+
+/* Draws some tiles of a picture. All arguments but job and stats are checked and not null. */
+VD_MUST_USE vd_status vd_lens_draw(vd_terrain_renderer *renderer, vd_job *job,
+                                   const vd_camera *camera, uint32_t terrain_id,
+                                   const vd_lens_tiles *tiles, vd_frame *frame,
+                                   vd_frame_stats *stats);
+
+/* Returns the kernels of a level (VD_ISA_V2 … VD_ISA_V4). */
+const vd_lens_methods *vd_lens_methods_for(vd_isa isa);
+
+#endif

@@ -1,0 +1,235 @@
+/* The lens march against the plain ray caster: the same bytes of colour, depth and id for random
+ * maps, cameras and options, at every SIMD level and on any number of threads. */
+#include <math.h>
+#include <stdio.h>
+#include "core/real.h"
+#include "support.h"
+#include <veduta/veduta.h>
+
+static double between(uint64_t *random, double low, double high) {
+    return low + (high - low) * test_uniform(random);
+}
+
+static int pick(uint64_t *random, int count) {
+    return (int)(test_random(random) % (uint64_t)count);
+}
+
+/* ---- scenes ---------------------------------------------------------------------------------- */
+
+enum { ROUGH, SMOOTH, WALLS, FLAT, PITS, KINDS };
+
+static float height_of(uint64_t *random, int kind, int c, int r, bool holes) {
+    if (holes && test_uniform(random) < 0.05) {
+        return NAN;
+    }
+    switch (kind) {
+    case ROUGH:
+        return (float)between(random, 0, 12);
+    case SMOOTH:
+        return (float)(20 * sin(c / 7.0) * cos(r / 5.0));
+    case WALLS:
+        return (c / 5 + r / 7) % 2 == 0 ? 0.0f : 30.0f;
+    case FLAT:
+        return 4.0f;
+    default:
+        return test_uniform(random) < 0.1 ? -25.0f : (float)between(random, 0, 1);
+    }
+}
+
+static vd_heightfield *random_map(vd_context *context, uint64_t *random) {
+    static const int sizes[] = {2, 3, 5, 17, 33, 64, 65, 150};
+    const int width = sizes[pick(random, 8)], height = sizes[pick(random, 8)];
+    const int kind = pick(random, KINDS);
+    const bool holes = pick(random, 3) == 0;
+    float *heights = vd_allocate(context, (size_t)width * (size_t)height, sizeof *heights);
+    assert_non_null(heights);
+    for (int r = 0; r < height; r++) {
+        for (int c = 0; c < width; c++) {
+            heights[r * width + c] = height_of(random, kind, c, r, holes);
+        }
+    }
+    vd_heightfield_def def = vd_heightfield_def_default();
+    def.width = width;
+    def.height = height;
+    def.type = VD_HEIGHT_F32;
+    def.heights = heights;
+    def.height_stride = (size_t)width;
+    const double cell = between(random, 0.5, 8),
+                 turn = pick(random, 3) == 0 ? between(random, -3, 3) : 0;
+    const double x = pick(random, 4) == 0 ? 1e6 : -0.5 * cell * width;
+    const double m[6] = {x,
+                         cell * cos(turn),
+                         cell * 1.3 * sin(turn),
+                         0.5 * cell * height,
+                         cell * sin(turn),
+                         -cell * 1.3 * cos(turn)};
+    memcpy(def.world_from_sample, m, sizeof m);
+    vd_picture *colors = NULL;
+    if (pick(random, 2) == 0) {
+        assert_ok(
+            vd_picture_create(context, 1 + pick(random, 90), 1 + pick(random, 90), 3, 8, &colors));
+        uint8_t *bytes = colors->data;
+        for (size_t i = 0; i < colors->stride_bytes * (size_t)colors->height; i++) {
+            bytes[i] = (uint8_t)test_random(random);
+        }
+        def.colors = colors;
+    }
+    vd_heightfield *map = NULL;
+    assert_ok(vd_heightfield_create(context, &def, &map));
+    vd_picture_destroy(&colors);
+    vd_release(context, heights);
+    return map;
+}
+
+static vd_vec3 world_of(const vd_heightfield *map, double column, double row, double z) {
+    const double *m = map->world_from_sample;
+    return vd_vec3_make(m[0] + column * m[1] + row * m[2], m[3] + column * m[4] + row * m[5], z);
+}
+
+/* Level, steep, rolled, straight down, on samples and along rows, under ground, far away. */
+static vd_camera random_camera(const vd_heightfield *map, uint64_t *random, int width, int height) {
+    vd_camera camera;
+    memset(&camera, 0, sizeof camera);
+    const int kind = pick(random, 8);
+    double column = between(random, -0.7, 1.7) * map->width;
+    double row = between(random, -0.7, 1.7) * map->height;
+    double z = between(random, -5, 60), pitch = between(random, -1.5, 0.4);
+    double heading = between(random, 0, 6.3),
+           roll = pick(random, 3) == 0 ? between(random, -3, 3) : 0;
+    if (kind == 0) { /* on a sample, along the axes */
+        column = floor(column), row = floor(row);
+        heading = pick(random, 4) * 0.5 * VD_PI;
+        pitch = 0;
+        roll = 0;
+    } else if (kind == 1) {
+        pitch = -0.5 * VD_PI;
+        z += 60;
+    } else if (kind == 2) { /* from far away */
+        column += between(random, -20, 20) * map->width;
+        z = between(random, 10, 2000);
+    }
+    camera.eye = world_of(map, column, row, z);
+    camera.orientation = vd_orientation_from_angles(heading, pitch, roll);
+    if (kind >= 4) { /* over the map */
+        column = between(random, 0, 1) * map->width, row = between(random, 0, 1) * map->height;
+        z = between(random, 15, 60);
+        camera.eye = world_of(map, column, row, z);
+    }
+    if (kind == 2 || kind == 3) {
+        const vd_vec3 target = world_of(map, 0.5 * map->width, 0.5 * map->height, 0);
+        camera.orientation = vd_orientation_look_at(camera.eye, target);
+    }
+    camera.lens = vd_lens_from_fov(between(random, kind == 2 ? 0.01 : 0.2, 2), width, height);
+    camera.lens.cx += pick(random, 3) == 0 ? between(random, -40, 40) : 0;
+    camera.lens.fx *= pick(random, 3) == 0 ? between(random, 0.5, 2) : 1;
+    camera.near_m = pick(random, 3) == 0 ? between(random, 0.01, 30) : 0.1;
+    if (pick(random, 5) == 0) {
+        camera.projection = VD_PROJECTION_ORTHOGRAPHIC;
+        camera.lens.fx = camera.lens.fy = between(random, 0.2, 8);
+        camera.far_m = between(random, 100, 3000) + camera.near_m;
+    }
+    return camera;
+}
+
+static vd_terrain_def random_def(const vd_heightfield *map, const vd_colormap *colormap,
+                                 uint64_t *random) {
+    vd_terrain_def def = vd_terrain_def_default();
+    def.heightfield = map;
+    def.colormap = pick(random, 2) == 0 ? colormap : NULL;
+    def.light = vd_light_daylight(between(random, 0, 6.3), between(random, -0.1, 1.5));
+    def.light.haze_m = pick(random, 2) == 0 ? between(random, 10, 5000) : 0;
+    def.filter = (vd_filter)pick(random, VD_FILTER_COUNT);
+    def.mip = pick(random, 3) != 0;
+    def.samples = (int[]){1, 4, 8}[pick(random, 3)];
+    def.antialias = pick(random, 4) == 0 ? VD_ANTIALIAS_EVERYWHERE : VD_ANTIALIAS_EDGES;
+    def.exaggeration = pick(random, 3) == 0 ? between(random, 0.2, 5) : 1;
+    def.shading = pick(random, 4) != 0;
+    def.shadows = pick(random, 2) == 0;
+    def.curvature = pick(random, 3) == 0;
+    def.sky = pick(random, 3) != 0;
+    def.background = (vd_rgba8){200, 100, 50, (uint8_t)pick(random, 256)};
+    if (pick(random, 4) == 0) {
+        def.window.column = pick(random, map->width - 1);
+        def.window.row = pick(random, map->height - 1);
+        def.window.columns = 1 + pick(random, map->width - 1 - def.window.column);
+        def.window.rows = 1 + pick(random, map->height - 1 - def.window.row);
+    }
+    return def;
+}
+
+/* ---- equality -------------------------------------------------------------------------------- */
+
+static void assert_same(const vd_frame *a, const vd_frame *b, int scene, const char *isa) {
+    for (int y = 0; y < a->height; y++) {
+        for (int x = 0; x < a->width; x++) {
+            const size_t i = (size_t)y * a->stride + (size_t)x;
+            if (memcmp(a->rgba + 4 * i, b->rgba + 4 * i, 4) != 0 ||
+                memcmp(a->depth + i, b->depth + i, 4) != 0 || a->id[i] != b->id[i]) {
+                fail_msg("scene %d, %s, pixel %d, %d: raycast %02x%02x%02x%02x depth %.9g, march "
+                         "%02x%02x%02x%02x depth %.9g",
+                         scene, isa, x, y, a->rgba[4 * i], a->rgba[4 * i + 1], a->rgba[4 * i + 2],
+                         a->rgba[4 * i + 3], (double)a->depth[i], b->rgba[4 * i],
+                         b->rgba[4 * i + 1], b->rgba[4 * i + 2], b->rgba[4 * i + 3],
+                         (double)b->depth[i]);
+            }
+        }
+    }
+}
+
+static vd_frame *draw(vd_context *context, const vd_terrain_def *def, const vd_camera *camera,
+                      int width, int height, vd_frame_stats *stats) {
+    vd_frame *frame = NULL;
+    assert_ok(vd_frame_create(context, width, height, VD_PLANE_DEPTH | VD_PLANE_ID, &frame));
+    assert_ok(vd_terrain_render(context, NULL, def, camera, frame, stats));
+    return frame;
+}
+
+static void march_draws_what_raycast_draws(void **state) {
+    (void)state;
+    const char *scenes_text = getenv("VEDUTA_TEST_SCENES");
+    const int scenes = scenes_text != NULL                     ? atoi(scenes_text)
+                       : getenv("VEDUTA_TEST_REDUCED") != NULL ? 60
+                                                               : 1200;
+    vd_context *contexts[VD_ISA_COUNT] = {NULL};
+    const int threads[] = {1, 2, 7};
+    uint64_t total_hits = 0, total = 0;
+    for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
+        contexts[isa] = test_context(threads[isa % 3], (vd_isa)isa);
+    }
+    vd_colormap colormap;
+    assert_true(vd_colormap_find("viridis", &colormap));
+    for (int scene = 0; scene < scenes; scene++) {
+        uint64_t random = (uint64_t)scene * 77 + 5;
+        const int width = 1 + pick(&random, 70), height = 1 + pick(&random, 50);
+        vd_heightfield *map = random_map(contexts[VD_ISA_V2], &random);
+        const vd_camera camera = random_camera(map, &random, width, height);
+        vd_terrain_def def = random_def(map, &colormap, &random);
+        def.method = VD_TERRAIN_RAYCAST;
+        vd_frame_stats expected_stats, stats;
+        vd_frame *expected =
+            draw(contexts[VD_ISA_V2], &def, &camera, width, height, &expected_stats);
+        def.method = VD_TERRAIN_MARCH;
+        for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
+            vd_frame *frame = draw(contexts[isa], &def, &camera, width, height, &stats);
+            assert_same(expected, frame, scene, vd_isa_name((vd_isa)isa));
+            assert_int_equal(stats.hits, expected_stats.hits);
+            assert_int_equal(stats.samples, expected_stats.samples);
+            vd_frame_destroy(&frame);
+        }
+        total_hits += expected_stats.hits;
+        total += expected_stats.samples;
+        vd_frame_destroy(&expected);
+        vd_heightfield_destroy(contexts[VD_ISA_V2], &map);
+    }
+    assert_true(total_hits > total / 20); /* the scenes show something */
+    for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
+        vd_context_destroy(&contexts[isa]);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(march_draws_what_raycast_draws),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
