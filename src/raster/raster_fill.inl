@@ -2,10 +2,10 @@
  *
  * Small triangles are set up a vector of them at a time. Those of at most 4 × 4 samples are also
  * filled that way: the same sample of all of them at a time, what is covered is packed and goes one
- * by one, later, when loads do not wait for the packed stores any more. Of larger ones each row is a vector of
- * samples; for the narrow ones that was slower, since a vector load right behind narrower stores to
- * the same place waits for them. Depth and id stand in separate planes: packed into 64 bits the
- * same fill took 128 instead of 70 ms at 8192².
+ * by one, later, when loads do not wait for the packed stores any more. Of larger ones each row is
+ * a vector of samples; for the narrow ones that was slower, since a vector load right behind
+ * narrower stores to the same place waits for them. Depth and id stand in separate planes: packed
+ * into 64 bits the same fill took 128 instead of 70 ms at 8192².
  *
  * Triangles that do not fit 32 bits have the values of a 64-pixel wide strip's rows in 64 bits,
  * clamped to where they change sign within the strip.

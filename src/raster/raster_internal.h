@@ -155,6 +155,8 @@ void vd_batch_run(const vd_drawing *drawing, const vd_material *material, uint32
 /* The material of a primitive. */
 const vd_material *vd_drawing_material(const vd_drawing *drawing, uint32_t primitive);
 
+extern const vd_phong vd_phong_standard;
+
 /* The material's albedo under its texture, linear, of 16 fragments, and alpha into their color[3].
  * `uv` is the first of the texture coordinates among the varyings. */
 void vd_surface_albedo(const vd_fragments *fragments, int uv, float (*albedo)[VD_BATCH]);

@@ -406,9 +406,11 @@ static vd_raster_method choose_method(const vd_raster *raster, const vd_raster_d
     if (def->method != VD_RASTER_AUTO) {
         return def->method;
     }
-    const size_t samples = (size_t)raster->scene.width * (size_t)raster->scene.height *
-                           (size_t)def->samples * (size_t)raster->thread_count;
-    return samples <= ((size_t)1 << 21) ? VD_RASTER_HYBRID : VD_RASTER_TILED;
+    /* Windows of their own pay for many tiny triangles in a picture that fits the caches. */
+    const size_t samples =
+        (size_t)raster->scene.width * (size_t)raster->scene.height * (size_t)def->samples;
+    const bool fits = samples * (size_t)raster->thread_count <= (size_t)1 << 21;
+    return fits && raster->primitives > samples / 2 ? VD_RASTER_HYBRID : VD_RASTER_TILED;
 }
 
 vd_status vd_raster_choose(vd_raster *raster, const vd_raster_def *def) {
