@@ -112,7 +112,8 @@ const bench_case *bench_case_at(int index);
 const bench_group *bench_group_at(int index);
 
 bench_function bench_classic, bench_lens, bench_png, bench_startup, bench_cold, bench_memory,
-    bench_formula, bench_sharing, bench_counters, bench_sweep_classic, bench_sweep_shadow;
+    bench_formula, bench_sharing, bench_counters, bench_raster, bench_sweep_classic,
+    bench_sweep_shadow;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 

@@ -103,9 +103,9 @@ VD_API void vd_raster_destroy(vd_raster **raster);
 /* Draws `count` draws into the frame (all planes it has), over the background. A second call with
  * the same sizes and meshes allocates nothing. `job` and `stats` may be null.
  * Returns VD_ERROR_ARGUMENT (names the field), VD_ERROR_LIMIT (more than 2^32 − 2 primitives, or
- * more object ids than the frame's table holds), VD_ERROR_MEMORY, VD_ERROR_CANCELLED (the frame
- * then holds the tiles that were finished). A picture without anything is a success with
- * stats->hits 0; vd_raster_explain_empty then says why. */
+ * more object ids than the frame's table holds), VD_ERROR_UNSUPPORTED, VD_ERROR_MEMORY,
+ * VD_ERROR_CANCELLED (the frame then holds the tiles that were finished). A picture without
+ * anything is a success with stats->hits 0; vd_raster_explain_empty then says why. */
 VD_API VD_MUST_USE vd_status vd_raster_render(vd_raster *raster, vd_job *job,
                                               const vd_raster_def *def, const vd_camera *camera,
                                               const vd_draw *draws, int count, vd_frame *frame,

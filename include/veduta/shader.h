@@ -49,8 +49,9 @@ typedef struct vd_material {
     float shininess;           /* exponent of the highlight, 1 … 1024; a whole number is used */
     const vd_texture *texture; /* multiplies albedo and alpha; null: none; not owned */
     vd_texture_filter filter;
-    float alpha_test; /* fragments with less alpha than this are not there; 0: all are */
-    bool blend;       /* drawn behind nothing: blended over what is behind, farthest first */
+    float alpha_test; /* fragments with less alpha than this are not there; 0: all are. Not drawn
+                         yet: VD_ERROR_UNSUPPORTED */
+    bool blend;       /* blended over what is behind, farthest first. Not drawn yet */
 } vd_material;
 
 /* Grey 0.8, opaque, no emission, a faint highlight, trilinear. */

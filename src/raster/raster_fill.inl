@@ -2,9 +2,10 @@
  *
  * Small triangles are set up a vector of them at a time. Those of at most 4 × 4 samples are also
  * filled that way: the same sample of all of them at a time, what is covered is packed and goes one
- * by one. Of larger ones each row is a vector of samples; for the narrow ones that was slower,
- * since a vector load right behind narrower stores to the same place waits for them. Depth and id
- * stand in separate planes: packed into 64 bits the same fill took 128 instead of 70 ms at 8192².
+ * by one, later, when loads do not wait for the packed stores any more. Of larger ones each row is
+ * a vector of samples; for the narrow ones that was slower, since a vector load right behind
+ * narrower stores to the same place waits for them. Depth and id stand in separate planes: packed
+ * into 64 bits the same fill took 128 instead of 70 ms at 8192².
  *
  * Triangles that do not fit 32 bits have the values of a 64-pixel wide strip's rows in 64 bits,
  * clamped to where they change sign within the strip.
@@ -58,7 +59,7 @@ static inline vd_wide_mask keep_areas(const vd_drawing *drawing, vd_wide_i32 are
 
 /* Boxes of up to NARROW samples a side are filled across lanes. */
 #define NARROW 4
-#define MOST_FRAGMENTS (NARROW * NARROW * VD_WIDE_LANES + VD_WIDE_LANES)
+#define MOST_PENDING (VD_PENDING - NARROW * NARROW * VD_WIDE_LANES - VD_WIDE_LANES)
 
 /* Small triangles, set up: the inside is where all three edges are >= 0. Positions count from the
  * first sample of the window. */
@@ -79,17 +80,13 @@ static inline vd_wide_f32 plane_depth(vd_wide_f32 z0, vd_wide_f32 across, vd_wid
     return vd_wide_min_f32(vd_wide_max_f32(z, z_min), z_max);
 }
 
-/* Samples on their way into a window, one by one. */
-typedef struct pending {
-    int32_t at[MOST_FRAGMENTS];
-    float depth[MOST_FRAGMENTS];
-    uint32_t id[MOST_FRAGMENTS];
-} pending;
-
-/* Without a branch: whether a sample is nearer is as good as random. Depths are not negative, so
- * that they compare as integers; the lower id is the greater complement. */
-static void fill_fragments(float *depth, uint32_t *id, const pending *f, int count) {
-    for (int i = 0; i < count; i++) {
+/* Writes the pending samples, without a branch: whether one is nearer is as good as random. Depths
+ * are not negative, so that they compare as integers; the lower id is the greater complement. */
+static void flush(vd_visible *visible) {
+    const vd_pending *f = visible->pending;
+    float *depth = visible->depth;
+    uint32_t *id = visible->id;
+    for (int i = 0; i < f->count; i++) {
         float *to_depth = depth + f->at[i];
         uint32_t *to_id = id + f->at[i];
         uint32_t now, old;
@@ -102,6 +99,7 @@ static void fill_fragments(float *depth, uint32_t *id, const pending *f, int cou
         memcpy(to_depth, &bits, sizeof bits);
         *to_id = ~(uint32_t)best;
     }
+    visible->pending->count = 0;
 }
 
 /* Writes VD_WIDE_LANES samples in a row where `inside` and nearer. */
@@ -174,12 +172,15 @@ static void fill_narrow(vd_visible *visible, size_t plane, vd_wide_mask mask,
                         const vd_wide_i32 box[4], const vd_wide_i32 edge[3],
                         const vd_wide_i32 step_x[3], const vd_wide_i32 step_y[3],
                         const vd_wide_i32 from[2], const vd_wide_f32 z[5], vd_wide_i32 name) {
-    pending f;
-    int count = 0;
+    vd_pending *f = visible->pending;
+    if (f->count > MOST_PENDING) {
+        flush(visible);
+    }
+    int count = f->count;
     const vd_wide_i32 wide = box[2] - box[0] + 1, high = box[3] - box[1] + 1;
     const int columns = most(mask, wide), rows = most(mask, high);
     const int32_t stride = (int32_t)visible->stride;
-    vd_wide_i32 at = box[1] * stride + box[0], e[3] = {edge[0], edge[1], edge[2]};
+    vd_wide_i32 at = box[1] * stride + box[0] + (int32_t)plane, e[3] = {edge[0], edge[1], edge[2]};
     for (int row = 0; row < rows; row++) {
         const vd_wide_f32 down = vd_wide_to_f32(from[1] + row * VD_SUBPIXELS) * z[2];
         const vd_wide_mask in_row =
@@ -192,9 +193,9 @@ static void fill_narrow(vd_visible *visible, size_t plane, vd_wide_mask mask,
                 vd_wide_and(here, vd_wide_less_i32(vd_wide_splat_i32(-1), e0 | e1 | e2));
             const vd_wide_f32 across = vd_wide_to_f32(from[0] + column * VD_SUBPIXELS) * z[1];
             const vd_wide_f32 depth = plane_depth(z[0], across, down, z[3], z[4]);
-            vd_wide_compress_i32(f.at + count, inside, at + column);
-            vd_wide_compress_i32((int32_t *)(void *)(f.depth + count), inside, (vd_wide_i32)depth);
-            vd_wide_compress_i32((int32_t *)(void *)(f.id + count), inside, name);
+            vd_wide_compress_i32(f->at + count, inside, at + column);
+            vd_wide_compress_i32((int32_t *)(void *)(f->depth + count), inside, (vd_wide_i32)depth);
+            vd_wide_compress_i32((int32_t *)(void *)(f->id + count), inside, name);
             count += __builtin_popcount(vd_wide_bits(inside));
             e0 += step_x[0];
             e1 += step_x[1];
@@ -205,7 +206,7 @@ static void fill_narrow(vd_visible *visible, size_t plane, vd_wide_mask mask,
             e[k] += step_y[k];
         }
     }
-    fill_fragments(visible->depth + plane, visible->id + plane, &f, count);
+    f->count = count;
 }
 
 static inline void swap_where(vd_wide_mask mask, vd_wide_i32 *a, vd_wide_i32 *b) {

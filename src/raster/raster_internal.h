@@ -64,6 +64,7 @@ typedef struct vd_drawing {
     vd_draw draw;
     const vd_mesh *mesh;
     const vd_shader *shader;
+    unsigned inputs;                /* the shader's, less what a plain material makes useless */
     vd_fragment_function *fragment; /* of the SIMD level in use; null: none */
     vd_mesh_view view;
     vd_topology topology; /* what is drawn: wireframes are lines */
@@ -154,11 +155,22 @@ void vd_batch_run(const vd_drawing *drawing, const vd_material *material, uint32
 /* The material of a primitive. */
 const vd_material *vd_drawing_material(const vd_drawing *drawing, uint32_t primitive);
 
+extern const vd_phong vd_phong_standard;
+
 /* The material's albedo under its texture, linear, of 16 fragments, and alpha into their color[3].
  * `uv` is the first of the texture coordinates among the varyings. */
 void vd_surface_albedo(const vd_fragments *fragments, int uv, float (*albedo)[VD_BATCH]);
 
 /* ---- the visibility buffer ------------------------------------------------------------------- */
+
+/* Samples of small triangles on their way into a window. */
+#define VD_PENDING 1024
+typedef struct vd_pending {
+    int count;
+    int32_t at[VD_PENDING]; /* index into the planes */
+    float depth[VD_PENDING];
+    uint32_t id[VD_PENDING];
+} vd_pending;
 
 /* Depth and id of the samples of a window of the picture, one plane a sample, as in vd_target. */
 typedef struct vd_visible {
@@ -167,7 +179,8 @@ typedef struct vd_visible {
     size_t stride, plane;
     float *depth;
     uint32_t *id;
-    float hidden[8]; /* by sample: all depths of the window are at least this */
+    vd_pending *pending; /* null: only the reference fills it */
+    float hidden[8];     /* by sample: all depths of the window are at least this */
 } vd_visible;
 
 /* What a picture is made of, once prepared. */

@@ -168,7 +168,7 @@ void vd_interpolate(const vd_drawing *drawing, uint32_t primitive, int32_t x, in
         const size_t at = (size_t)primitive * (size_t)count + (size_t)(i < count ? i : 0);
         corners[i] = drawing->by_vertex ? primitive : indices[at];
     }
-    const unsigned inputs = drawing->shader->inputs;
+    const unsigned inputs = drawing->inputs;
     const shares s = shares_at(drawing, corners, x, y, true);
     batch->primitive[lane] = primitive;
     batch->x[lane] = (float)x * (1.0f / 256.0f) + 0.5f;
@@ -222,7 +222,7 @@ vd_material vd_material_default(void) {
 
 void vd_batch_run(const vd_drawing *drawing, const vd_material *material, uint32_t mask,
                   vd_batch *batch) {
-    const unsigned inputs = drawing->shader->inputs;
+    const unsigned inputs = drawing->inputs;
     const vd_mesh_view *view = &drawing->view;
     for (int i = 0; i < VD_BATCH; i++) {
         batch->color[0][i] = batch->color[1][i] = batch->color[2][i] = 0.0f;

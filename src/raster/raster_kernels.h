@@ -20,9 +20,12 @@ typedef struct vd_raster_kernels {
      * into the lists. */
     void (*sort)(vd_sorter *sorter, const vd_drawing *drawing, uint32_t first, uint32_t count);
 
-    /* Fills small triangles (no corner flagged, boxes below VD_SMALL_SUBPIXELS) into a window. */
+    /* Fills small triangles (no corner flagged, boxes below VD_SMALL_SUBPIXELS) into a window. Some
+     * of what they show is pending until flush. */
     void (*fill_small)(vd_visible *visible, const vd_drawing *drawing, const uint32_t *primitives,
                        int count);
+
+    void (*flush)(vd_visible *visible);
 
     /* Fills one triangle of any size into a window. */
     void (*fill_setup)(vd_visible *visible, const vd_setup *setup);

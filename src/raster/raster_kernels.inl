@@ -2,8 +2,8 @@
  * includes this; the table is the file's only external name. */
 #include <string.h>
 #include "core/wide_records.h"
-#include "image/image.h"
 #include "raster/raster_kernels.h"
+#include "terrain/lens_map_internal.h"
 
 #define ALL_LANES ((1u << VD_WIDE_LANES) - 1)
 
@@ -17,6 +17,7 @@
 const vd_raster_kernels TABLE = {project,
                                  sort,
                                  fill_small,
+                                 flush,
                                  fill_setup,
                                  merge,
                                  shade_frame,

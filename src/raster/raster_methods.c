@@ -1,5 +1,6 @@
 /* raster_methods.c: the methods, and which of them draws a picture. */
 #include <string.h>
+#include "raster/raster_edges.h"
 #include "raster/raster_run.h"
 
 #define TILE 64
@@ -36,9 +37,53 @@ static void sort_tiled(vd_raster *raster, vd_worker *worker, const vd_drawing *d
     raster->kernels->sort(&worker->sorter, drawing, first, count);
 }
 
+/* Notes the tiles that a triangle's box touches. */
+static void touch_tiles(vd_worker *worker, const vd_setup *setup) {
+    const vd_sorter *sorter = &worker->sorter;
+    for (int s = 0; s < worker->window.samples; s++) {
+        const vd_edges e = vd_edges_make(setup, &worker->window, s);
+        for (int y = e.y0 >> sorter->tile_shift; y <= e.y1 >> sorter->tile_shift; y++) {
+            for (int x = e.x0 >> sorter->tile_shift; x <= e.x1 >> sorter->tile_shift; x++) {
+                sorter->touched[y * sorter->tiles_x + x] = 1;
+            }
+        }
+    }
+    worker->sorter.drawn++;
+}
+
+static void emit_scanline(void *user, const vd_setup *setup) {
+    vd_worker *worker = user;
+    touch_tiles(worker, setup);
+    vd_scanline_fill(&worker->window, setup);
+}
+
+static void sort_scanline(vd_raster *raster, vd_worker *worker, const vd_drawing *drawing,
+                          uint32_t first, uint32_t count) {
+    (void)raster;
+    for (uint32_t i = first; i < first + count; i++) {
+        worker->sorter.clipped += vd_assemble(drawing, i, emit_scanline, worker);
+    }
+}
+
+static void emit_immediate(void *user, const vd_setup *setup) {
+    vd_worker *worker = user;
+    touch_tiles(worker, setup);
+    vd_immediate_add(worker->immediate, setup);
+}
+
+static void sort_immediate(vd_raster *raster, vd_worker *worker, const vd_drawing *drawing,
+                           uint32_t first, uint32_t count) {
+    const int bin = raster->bin, fine = bin <= 128 ? 8 : 16;
+    vd_immediate_begin(worker->immediate, &worker->window, bin, fine, worker->sorter.small_pixels);
+    for (uint32_t i = first; i < first + count; i++) {
+        worker->sorter.clipped += vd_assemble(drawing, i, emit_immediate, worker);
+    }
+    vd_immediate_flush(worker->immediate);
+}
+
 static const vd_method methods[VD_RASTER_METHOD_COUNT] = {
-    [VD_RASTER_SCANLINE] = {sort_tiled, NULL, false},
-    [VD_RASTER_IMMEDIATE] = {sort_tiled, NULL, false},
+    [VD_RASTER_SCANLINE] = {sort_scanline, NULL, true},
+    [VD_RASTER_IMMEDIATE] = {sort_immediate, NULL, true},
     [VD_RASTER_TILED] = {sort_tiled, NULL, false},
     [VD_RASTER_HYBRID] = {sort_tiled, NULL, true},
     [VD_RASTER_REFERENCE] = {NULL, see_plainly, false},
@@ -195,6 +240,7 @@ void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
             }
         }
     }
+    kernels->flush(visible);
     for (int i = 0; raster->method->windows && i < raster->thread_count; i++) {
         const vd_worker *other = &raster->workers[i];
         for (int s = 0; s < visible->samples && other->sorter.touched[tile] != 0; s++) {
@@ -218,6 +264,8 @@ void vd_worker_finish(vd_context *context, vd_worker *worker) {
     vd_release(context, worker->window_depth.memory);
     vd_release(context, worker->window_id.memory);
     vd_release(context, worker->batch);
+    vd_release(context, worker->pending);
+    vd_immediate_destroy(context, worker->immediate);
     vd_target_destroy(&worker->target);
 }
 
@@ -257,6 +305,7 @@ static vd_status prepare_window(vd_raster *raster, vd_worker *worker) {
                            .samples = scene->samples,
                            .stride = stride,
                            .plane = plane,
+                           .pending = worker->pending,
                            .depth = worker->window_depth.memory,
                            .id = worker->window_id.memory};
     return status;
@@ -283,6 +332,13 @@ static vd_status prepare_sorter(vd_raster *raster, vd_worker *worker, const vd_r
     sorter->samples = raster->scene.samples;
     sorter->small_pixels = def->small_pixels > 0 ? def->small_pixels : 128;
     sorter->window = NULL;
+    if (status.code == VD_OK && raster->method->sort == sort_immediate &&
+        worker->immediate == NULL) {
+        worker->immediate = vd_immediate_create(context);
+        if (worker->immediate == NULL) {
+            return vd_out_of_memory("the stages of the immediate method", 1);
+        }
+    }
     if (status.code == VD_OK && raster->method->windows) {
         status = prepare_window(raster, worker);
     }
@@ -310,10 +366,16 @@ static vd_status prepare_worker(vd_raster *raster, vd_worker *worker, const vd_r
     memset(visible->id, 0, count * sizeof *visible->id);
     if (worker->batch == NULL) {
         worker->batch = vd_allocate_zero(context, 1, sizeof *worker->batch);
-        if (worker->batch == NULL) {
-            return vd_out_of_memory("a batch of fragments", sizeof *worker->batch);
-        }
     }
+    if (worker->pending == NULL) {
+        worker->pending = vd_allocate_zero(context, 1, sizeof *worker->pending);
+    }
+    if (worker->batch == NULL || worker->pending == NULL) {
+        return vd_out_of_memory("a batch of fragments",
+                                sizeof *worker->batch + sizeof *worker->pending);
+    }
+    visible->pending = worker->pending;
+    worker->window.pending = worker->pending; /* the two are never filled at once */
     if (worker->target != NULL && (worker->target->samples != samples ||
                                    worker->target->plane < vd_frame_stride(tile) * (size_t)tile)) {
         vd_target_destroy(&worker->target);
@@ -344,9 +406,11 @@ static vd_raster_method choose_method(const vd_raster *raster, const vd_raster_d
     if (def->method != VD_RASTER_AUTO) {
         return def->method;
     }
-    const size_t samples = (size_t)raster->scene.width * (size_t)raster->scene.height *
-                           (size_t)def->samples * (size_t)raster->thread_count;
-    return samples <= ((size_t)1 << 21) ? VD_RASTER_HYBRID : VD_RASTER_TILED;
+    /* Windows of their own pay for many tiny triangles in a picture that fits the caches. */
+    const size_t samples =
+        (size_t)raster->scene.width * (size_t)raster->scene.height * (size_t)def->samples;
+    const bool fits = samples * (size_t)raster->thread_count <= (size_t)1 << 21;
+    return fits && raster->primitives > samples / 2 ? VD_RASTER_HYBRID : VD_RASTER_TILED;
 }
 
 vd_status vd_raster_choose(vd_raster *raster, const vd_raster_def *def) {
@@ -367,6 +431,7 @@ vd_status vd_raster_choose(vd_raster *raster, const vd_raster_def *def) {
     raster->tile = def->tile_pixels > 0            ? def->tile_pixels
                    : method == VD_RASTER_REFERENCE ? 256
                                                    : TILE;
+    raster->bin = def->bin_pixels > 0 ? def->bin_pixels : 32;
     raster->tiles_x = (raster->scene.width + raster->tile - 1) / raster->tile;
     raster->tiles_y = (raster->scene.height + raster->tile - 1) / raster->tile;
     vd_status status = vd_success();

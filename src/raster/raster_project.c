@@ -112,6 +112,23 @@ static vd_status check_parts(const vd_draw *draw) {
     return vd_success();
 }
 
+static vd_status check_materials(const vd_draw *draw) {
+    for (int i = 0; draw->materials != NULL && i < draw->material_count; i++) {
+        const vd_material *m = &draw->materials[i];
+        if (m->filter < 0 || m->filter >= VD_TEXTURE_FILTER_COUNT) {
+            return vd_failure(VD_ERROR_ARGUMENT, "material %d has the unknown filter %d", i,
+                              (int)m->filter);
+        }
+        if (m->alpha_test > 0.0f || m->blend) {
+            return vd_failure(VD_ERROR_UNSUPPORTED,
+                              "material %d is alpha-tested or blended, which is not drawn yet; "
+                              "set alpha_test to 0 and blend to false",
+                              i);
+        }
+    }
+    return vd_success();
+}
+
 static vd_status check_shader(const vd_shader *shader, const vd_mesh *mesh) {
     if (shader->varying_count < 0 || shader->varying_count > VD_MAX_VARYINGS ||
         shader->user_bytes > VD_MAX_USER_BYTES) {
@@ -138,6 +155,19 @@ static void add_varyings(vd_drawing *drawing, int first, int count) {
     }
 }
 
+/* The lit shaders want texture coordinates and their changes for textures only. */
+static unsigned choose_inputs(const vd_drawing *drawing) {
+    const unsigned inputs = drawing->shader->inputs;
+    const vd_shader *shader = drawing->shader;
+    bool textured = shader != vd_shader_find(VD_SHADING_PHONG) &&
+                    shader != vd_shader_find(VD_SHADING_FLAT) &&
+                    shader != vd_shader_find(VD_SHADING_ALBEDO);
+    for (int i = 0; drawing->draw.materials != NULL && i < drawing->draw.material_count; i++) {
+        textured = textured || drawing->draw.materials[i].texture != NULL;
+    }
+    return textured ? inputs : inputs & ~(unsigned)(VD_INPUT_UV | VD_INPUT_DERIVATIVES);
+}
+
 static void choose_varyings(vd_drawing *drawing) {
     const vd_mesh *mesh = drawing->mesh;
     const vd_shader *shader = drawing->shader;
@@ -147,13 +177,13 @@ static void choose_varyings(vd_drawing *drawing) {
         drawing->group_stride = (size_t)mesh->vertex_stride * 4;
         return; /* drawing->groups is set when there is memory */
     }
-    if ((shader->inputs & VD_INPUT_NORMAL) != 0) {
+    if ((drawing->inputs & VD_INPUT_NORMAL) != 0) {
         add_varyings(drawing, mesh->normal, 3);
     }
-    if ((shader->inputs & VD_INPUT_UV) != 0) {
+    if ((drawing->inputs & VD_INPUT_UV) != 0) {
         add_varyings(drawing, mesh->uv, 2);
     }
-    if ((shader->inputs & VD_INPUT_EXTRA) != 0) {
+    if ((drawing->inputs & VD_INPUT_EXTRA) != 0) {
         add_varyings(drawing, mesh->extra, mesh->extra_count);
     }
     drawing->groups = vd_mesh_attributes(mesh, 0);
@@ -199,6 +229,9 @@ vd_status vd_drawing_init(vd_drawing *drawing, const vd_draw *draw, const vd_ras
     if (status.code == VD_OK) {
         status = check_parts(draw);
     }
+    if (status.code == VD_OK) {
+        status = check_materials(draw);
+    }
     if (status.code != VD_OK) {
         return status;
     }
@@ -214,6 +247,7 @@ vd_status vd_drawing_init(vd_drawing *drawing, const vd_draw *draw, const vd_ras
     if (status.code != VD_OK) {
         return status;
     }
+    drawing->inputs = choose_inputs(drawing);
     choose_topology(drawing);
     choose_varyings(drawing);
     choose_culling(drawing);

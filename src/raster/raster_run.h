@@ -24,6 +24,8 @@ typedef struct vd_worker {
     vd_buffer depth, id;
     vd_target *target; /* a tile */
     vd_batch *batch;
+    vd_pending *pending;
+    struct vd_immediate *immediate; /* null until the method is used */
     /* What this thread sorted: lists by tile, and a window of the whole picture of its own, which
      * is all 0 where `touched` is. */
     vd_sorter sorter;
@@ -56,7 +58,7 @@ struct vd_raster {
     uint64_t primitives;
     const vd_method *method;
     const vd_raster_kernels *kernels;
-    int tile, tiles_x, tiles_y;
+    int bin, tile, tiles_x, tiles_y;
     vd_frame *frame;
     bool stream; /* the frame is too large for the caches: store past them */
     bool prepared;

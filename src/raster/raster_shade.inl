@@ -77,7 +77,7 @@ static uint32_t load_faces(const vd_drawing *drawing, const uint32_t *at, bool s
 static void fill_part(const vd_drawing *drawing, const uint32_t *at, bool same, const faces *f,
                       int part, vd_batch *batch) {
     const uint32_t *index = vd_mesh_indices(drawing->mesh);
-    const bool change = (drawing->shader->inputs & VD_INPUT_DERIVATIVES) != 0;
+    const bool change = (drawing->inputs & VD_INPUT_DERIVATIVES) != 0;
     const wide_shares s = shares_at(f, 0.0f, 0.0f, true);
     wide_shares right = {s.c1, s.c2}, down = right;
     if (change) {
@@ -121,7 +121,7 @@ static void fill_lanes(const vd_drawing *drawing, int32_t x, int32_t y, vd_batch
     const vd_shader *shader = drawing->shader;
     const vd_wide_i32 ramp = vd_wide_count_i32();
     const bool plain = drawing->topology == VD_TOPOLOGY_TRIANGLES && shader->user_bytes == 0 &&
-                       (shader->inputs & VD_INPUT_FACE_NORMAL) == 0;
+                       (drawing->inputs & VD_INPUT_FACE_NORMAL) == 0;
     uint32_t by_hand = plain ? 0 : (1u << VD_BATCH) - 1;
     for (int part = 0; part < PARTS; part++) {
         const int at = part * VD_WIDE_LANES;
@@ -150,7 +150,7 @@ static void fill_lanes(const vd_drawing *drawing, int32_t x, int32_t y, vd_batch
 /* Runs the fragment function, as vd_batch_run. */
 static void run_batch(const vd_drawing *drawing, const vd_material *material, uint32_t mask,
                       vd_batch *batch) {
-    const unsigned inputs = drawing->shader->inputs;
+    const unsigned inputs = drawing->inputs;
     const vd_mesh_view *view = &drawing->view;
     for (int at = 0; at < VD_BATCH; at += VD_WIDE_LANES) {
         for (int c = 0; c < 4; c++) {

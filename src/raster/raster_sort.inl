@@ -185,4 +185,7 @@ static void sort(vd_sorter *sorter, const vd_drawing *drawing, uint32_t first, u
             drain(sorter, drawing, &q.of[class]);
         }
     }
+    if (sorter->window != NULL) {
+        flush(sorter->window);
+    }
 }

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 #include "raster/raster_internal.h"
+#include "terrain/lens_map_internal.h"
 
 #define EACH_LANE(i) for (int i = 0; i < VD_BATCH; i++)
 
@@ -22,8 +23,10 @@ static float decode(float encoded) {
     return a + (at - (float)low) * (b - a);
 }
 
+/* Within 0.09 / 255 of the curve (terrain/lens_map_internal.h). */
 static float encode(float linear) {
-    return (float)vd_srgb_encode(linear) * (1.0f / 65535.0f);
+    const float v = clamp(linear), s = sqrtf(v);
+    return v < VD_LENS_LINEAR_TOE ? v * 12.92f : VD_LENS_ENCODE(s);
 }
 
 /* The material's albedo under its texture, linear, and alpha into color[3]. `uv` is the first of
@@ -47,14 +50,15 @@ void vd_surface_albedo(const vd_fragments *f, int uv, float (*albedo)[VD_BATCH])
 
 /* ---- light ------------------------------------------------------------------------------------*/
 
+const vd_phong vd_phong_standard = {
+    .ambient = {0.12f, 0.13f, 0.15f},
+    .lights = {{{-0.48f, -0.64f, 0.6f}, {0.85f, 0.83f, 0.8f}},
+               {{0.8f, -0.6f, 0.0f}, {0.15f, 0.17f, 0.2f}}},
+    .light_count = 2,
+};
+
 vd_phong vd_phong_default(void) {
-    vd_phong phong;
-    memset(&phong, 0, sizeof phong);
-    phong.ambient = (vd_linear){0.12f, 0.13f, 0.15f};
-    phong.lights[0] = (vd_phong_light){{-0.48f, -0.64f, 0.6f}, {0.85f, 0.83f, 0.8f}};
-    phong.lights[1] = (vd_phong_light){{0.8f, -0.6f, 0.0f}, {0.15f, 0.17f, 0.2f}};
-    phong.light_count = 2;
-    return phong;
+    return vd_phong_standard;
 }
 
 static void turn(const float m[3][3], const float v[3], float out[3]) {
@@ -99,8 +103,7 @@ static float power(float base, int exponent) {
 }
 
 static void light(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv) {
-    const vd_phong standard = vd_phong_default();
-    const vd_phong *phong = f->uniforms != NULL ? f->uniforms : &standard;
+    const vd_phong *phong = f->uniforms != NULL ? f->uniforms : &vd_phong_standard;
     const vd_material *m = f->material;
     const float specular[3] = {m->specular.r, m->specular.g, m->specular.b};
     const float emission[3] = {m->emission.r, m->emission.g, m->emission.b};

@@ -126,7 +126,7 @@ static void anisotropic(const vd_texture *texture, float u, float v, const footp
     const float cx = u * (float)level->width - 0.5f, cy = v * (float)level->height - 0.5f;
     float sum[4] = {0, 0, 0, 0}, weights = 0.0f;
     const float bottom = floorf(cy + half_height), right = floorf(cx + half_width);
-    if (!(half_width < 64.0f) || !(half_height < 64.0f)) {
+    if (!(half_width < 64.0f) || !(half_height < 64.0f)) { /* sheared beyond what 16:1 can be */
         trilinear(texture, u, v, level_of(major), out);
         return;
     }
@@ -155,8 +155,16 @@ static void anisotropic(const vd_texture *texture, float u, float v, const footp
     }
 }
 
+/* The same place on the texture itself, 0 … 1; 0 for what is no number. */
+static float within(float at) {
+    const float part = at - floorf(at);
+    return part >= 0.0f && part <= 1.0f ? part : 0.0f;
+}
+
 static void sample(const vd_texture *texture, vd_texture_filter filter, float u, float v,
                    const footprint *f, float out[4]) {
+    u = within(u);
+    v = within(v);
     if (filter == VD_TEXTURE_NEAREST) {
         nearest(&texture->levels[0], u, v, out);
     } else if (filter == VD_TEXTURE_BILINEAR) {
