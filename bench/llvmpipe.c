@@ -137,7 +137,7 @@ static void start_egl(void) {
     const EGLint wanted[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT, EGL_SURFACE_TYPE,
                              EGL_PBUFFER_BIT, EGL_NONE};
     const EGLint version[] = {EGL_CONTEXT_CLIENT_VERSION, 3, EGL_NONE};
-    EGLConfig config;
+    EGLConfig config = NULL;
     EGLint count = 0;
     if (!eglInitialize(display, NULL, NULL) || !eglBindAPI(EGL_OPENGL_ES_API) ||
         !eglChooseConfig(display, wanted, &config, 1, &count) || count < 1) {

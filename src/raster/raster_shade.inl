@@ -51,6 +51,11 @@ static inline void load_corner(const void *base, const uint32_t *index, const ui
     }
 }
 
+/* a − b, without a complaint about what a flagged corner makes of it. */
+static inline vd_wide_f32 distance(vd_wide_i32 a, vd_wide_i32 b) {
+    return vd_wide_to_f32((vd_wide_i32)((vd_wide_u32)a - (vd_wide_u32)b));
+}
+
 /* Loads the corners of one vector of lanes; returns the lanes that have a flagged one. */
 static uint32_t load_faces(const vd_drawing *drawing, const uint32_t *at, bool same, vd_wide_i32 x,
                            vd_wide_i32 y, faces *f) {
@@ -60,12 +65,12 @@ static uint32_t load_faces(const vd_drawing *drawing, const uint32_t *at, bool s
         load_corner(drawing->vertices, index + i, at, same, v[i]);
     }
     const vd_wide_i32 least = vd_wide_min_i32(vd_wide_min_i32(v[0][0], v[1][0]), v[2][0]);
-    f->x1 = vd_wide_to_f32(v[1][0] - v[0][0]);
-    f->y1 = vd_wide_to_f32(v[1][1] - v[0][1]);
-    f->x2 = vd_wide_to_f32(v[2][0] - v[0][0]);
-    f->y2 = vd_wide_to_f32(v[2][1] - v[0][1]);
-    f->dx = vd_wide_to_f32(x - v[0][0]);
-    f->dy = vd_wide_to_f32(y - v[0][1]);
+    f->x1 = distance(v[1][0], v[0][0]);
+    f->y1 = distance(v[1][1], v[0][1]);
+    f->x2 = distance(v[2][0], v[0][0]);
+    f->y2 = distance(v[2][1], v[0][1]);
+    f->dx = distance(x, v[0][0]);
+    f->dy = distance(y, v[0][1]);
     f->inverse = 1.0f / (f->x1 * f->y2 - f->x2 * f->y1);
     f->rw0 = (vd_wide_f32)v[0][3];
     f->rw1 = (vd_wide_f32)v[1][3];

@@ -53,7 +53,9 @@ typedef struct boxes {
 /* Queues the triangles of the mask whose boxes are small enough; returns those. */
 static vd_wide_mask enqueue(vd_sorter *sorter, const vd_drawing *drawing, uint32_t first,
                             vd_wide_mask mask, const boxes *b, queues *q) {
-    const vd_wide_i32 pixels = (b->x1 - b->x0 + 1) * (b->y1 - b->y0 + 1);
+    /* Lanes of large triangles, which are not in the mask, may overflow. */
+    const vd_wide_i32 pixels =
+        (vd_wide_i32)((vd_wide_u32)(b->x1 - b->x0 + 1) * (vd_wide_u32)(b->y1 - b->y0 + 1));
     const vd_wide_mask now =
         vd_wide_and(mask, vd_wide_less_i32(pixels, vd_wide_splat_i32(sorter->small_pixels + 1)));
     const vd_wide_i32 primitives = vd_wide_count_i32() + (int32_t)first;
