@@ -8,7 +8,6 @@
 #include <veduta/color.h>
 
 #include <math.h>
-#include "image/image.h"
 
 /* decode(i / 255), IEC 61966-2-1. */
 static const float decode_table[256] = {
@@ -66,8 +65,8 @@ static const float decode_table[256] = {
     1.0f,
 };
 
-/* round(65535 encode((i / 256)^2)); the last entry stands twice for what reads pairs. */
-static const uint16_t encode_table[259] = {
+/* round(65535 encode((i / 256)^2)). */
+static const uint16_t encode_table[257] = {
     0,     13,    52,    116,   207,   323,   465,   633,   827,   1047,  1292,  1563,  1860,
     2183,  2532,  2896,  3255,  3611,  3963,  4311,  4657,  5000,  5340,  5677,  6012,  6345,
     6676,  7004,  7331,  7655,  7978,  8299,  8618,  8935,  9251,  9565,  9878,  10190, 10500,
@@ -87,15 +86,12 @@ static const uint16_t encode_table[259] = {
     54549, 54782, 55015, 55248, 55480, 55712, 55944, 56176, 56407, 56639, 56870, 57101, 57332,
     57563, 57793, 58024, 58254, 58484, 58714, 58944, 59173, 59403, 59632, 59861, 60090, 60318,
     60547, 60775, 61004, 61232, 61459, 61687, 61915, 62142, 62369, 62597, 62823, 63050, 63277,
-    63503, 63730, 63956, 64182, 64408, 64634, 64859, 65085, 65310, 65535, 65535, 65535,
+    63503, 63730, 63956, 64182, 64408, 64634, 64859, 65085, 65310, 65535,
 };
 
-#define TOE_END VD_SRGB_TOE_END
-#define TOE_SLOPE VD_SRGB_TOE_SLOPE
-
-const uint16_t *vd_srgb_encode_table(void) {
-    return encode_table;
-}
+/* The toe ends at 0.0031308; it is left at the table's last entry before, where both agree. */
+#define TOE_END (14.0f * 14.0f / 65536.0f)
+#define TOE_SLOPE (12.92f * 65535.0f)
 
 float vd_srgb_decode(uint8_t encoded) {
     return decode_table[encoded];

@@ -95,3 +95,20 @@ uint64_t vd_frame_hash(const vd_frame *frame) {
     }
     return XXH64_digest(&state);
 }
+
+vd_status vd_frame_add_object(vd_frame *frame, uint64_t object_id, uint32_t *out) {
+    const int capacity = (int)(sizeof frame->object_ids / sizeof frame->object_ids[0]);
+    for (int i = 1; i < frame->object_count; i++) {
+        if (frame->object_ids[i] == object_id) {
+            *out = (uint32_t)i;
+            return vd_success();
+        }
+    }
+    if (frame->object_count >= capacity) {
+        return vd_failure(VD_ERROR_LIMIT, "the frame's table of object ids is full (%d entries)",
+                          capacity);
+    }
+    frame->object_ids[frame->object_count] = object_id;
+    *out = (uint32_t)frame->object_count++;
+    return vd_success();
+}

@@ -1,17 +1,11 @@
-/* image.h: what the files of this room share; the rooms above use the public headers. */
+/* image.h: what the files of this room share, and what the rooms that draw need beyond the public
+ * headers. */
 #ifndef VEDUTA_IMAGE_IMAGE_H
 #define VEDUTA_IMAGE_IMAGE_H
 
 #include <stdbool.h>
+#include <veduta/frame.h>
 #include <veduta/picture.h>
-
-/* What vd_srgb_encode is made of, for kernels that do the same to many: up to VD_SRGB_TOE_END the
- * value is linear × VD_SRGB_TOE_SLOPE, rounded; above it lies between the table's entries at
- * sqrt(linear) × 256, in 256ths. The toe ends at 0.0031308; it is left at the table's last entry
- * before, where both agree. */
-#define VD_SRGB_TOE_END (14.0f * 14.0f / 65536.0f)
-#define VD_SRGB_TOE_SLOPE (12.92f * 65535.0f)
-const uint16_t *vd_srgb_encode_table(void);
 
 /* Checks a picture's sides against 1, VD_MAX_SIDE and VD_MAX_PIXELS. `what` opens the sentence:
  * "a frame", "cannot read map.png: a picture". Returns VD_ERROR_ARGUMENT or VD_ERROR_LIMIT. */
@@ -20,6 +14,10 @@ VD_MUST_USE vd_status vd_check_size(const char *what, int width, int height);
 /* The same for what a file's header says, which may not even fit an int: returns VD_ERROR_FORMAT
  * (a side of 0) or VD_ERROR_LIMIT. */
 VD_MUST_USE vd_status vd_check_file_size(const char *name, uint64_t width, uint64_t height);
+
+/* Gives the index of an object id in the frame's table, adding it if need be. Returns
+ * VD_ERROR_LIMIT when the table is full. */
+VD_MUST_USE vd_status vd_frame_add_object(vd_frame *frame, uint64_t object_id, uint32_t *out);
 
 /* Readers of one format each: status as vd_picture_decode. */
 bool vd_png_matches(const void *data, size_t size_bytes);

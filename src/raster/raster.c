@@ -1,6 +1,7 @@
 /* raster.c: the renderer object, from draws to a finished frame. */
 #include <math.h>
 #include <string.h>
+#include "image/image.h"
 #include "raster/raster_run.h"
 
 /* ---- definitions ------------------------------------------------------------------------------*/
@@ -153,24 +154,6 @@ static vd_status reserve_slots(vd_raster *raster, int count) {
 
 /* ---- preparing --------------------------------------------------------------------------------*/
 
-/* Returns the index of an object id in the frame's table, adding it if need be. */
-static vd_status register_object(vd_frame *frame, uint64_t object_id, uint32_t *out) {
-    const int capacity = (int)(sizeof frame->object_ids / sizeof frame->object_ids[0]);
-    for (int i = 1; i < frame->object_count; i++) {
-        if (frame->object_ids[i] == object_id) {
-            *out = (uint32_t)i;
-            return vd_success();
-        }
-    }
-    if (frame->object_count >= capacity) {
-        return vd_failure(VD_ERROR_LIMIT, "the frame's table of object ids is full (%d entries)",
-                          capacity);
-    }
-    frame->object_ids[frame->object_count] = object_id;
-    *out = (uint32_t)frame->object_count++;
-    return vd_success();
-}
-
 static vd_status init_drawings(vd_raster *raster, const vd_raster_def *def, const vd_camera *camera,
                                const vd_draw *draws, int count, vd_frame *frame) {
     vd_status status = reserve_slots(raster, count);
@@ -192,7 +175,7 @@ static vd_status init_drawings(vd_raster *raster, const vd_raster_def *def, cons
             status = reserve_slot(raster, i, drawing);
         }
         if (status.code == VD_OK) {
-            status = register_object(frame, draws[i].object_id, &drawing->frame_id);
+            status = vd_frame_add_object(frame, draws[i].object_id, &drawing->frame_id);
         }
         if (status.code != VD_OK) {
             return status;

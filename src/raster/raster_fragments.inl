@@ -4,8 +4,8 @@
 /* By the terrain's polynomial: gathers from a table were half the time of lighting. */
 static inline vd_wide_f32 encode_srgb(vd_wide_f32 linear) {
     const vd_wide_f32 v = clamp_f32(linear), s = vd_wide_sqrt_f32(v);
-    const vd_wide_mask toe = vd_wide_less_f32(v, vd_wide_splat_f32(VD_LENS_LINEAR_TOE));
-    return vd_wide_blend_f32(toe, v * 12.92f, VD_LENS_ENCODE(s));
+    const vd_wide_mask toe = vd_wide_less_f32(v, vd_wide_splat_f32(VD_SRGB_LINEAR_TOE));
+    return vd_wide_blend_f32(toe, v * 12.92f, VD_SRGB_ENCODE(s));
 }
 
 static inline void turn(const float m[3][3], const vd_wide_f32 v[3], vd_wide_f32 out[3]) {

@@ -3,7 +3,7 @@
 #include <string.h>
 #include "core/wide_records.h"
 #include "raster/raster_kernels.h"
-#include "terrain/lens_map_internal.h"
+#include "image/srgb.h"
 
 #define ALL_LANES ((1u << VD_WIDE_LANES) - 1)
 

@@ -1,8 +1,8 @@
 /* shaders.c: the fragment functions that are there. */
 #include <math.h>
 #include <string.h>
+#include "image/srgb.h"
 #include "raster/raster_internal.h"
-#include "terrain/lens_map_internal.h"
 
 #define EACH_LANE(i) for (int i = 0; i < VD_BATCH; i++)
 
@@ -26,7 +26,7 @@ static float decode(float encoded) {
 /* Within 0.09 / 255 of the curve (terrain/lens_map_internal.h). */
 static float encode(float linear) {
     const float v = clamp(linear), s = sqrtf(v);
-    return v < VD_LENS_LINEAR_TOE ? v * 12.92f : VD_LENS_ENCODE(s);
+    return v < VD_SRGB_LINEAR_TOE ? v * 12.92f : VD_SRGB_ENCODE(s);
 }
 
 /* The material's albedo under its texture, linear, and alpha into color[3]. `uv` is the first of

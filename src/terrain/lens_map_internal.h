@@ -5,8 +5,8 @@
 
 #include <math.h>
 #include <veduta/shadow.h>
+#include "image/srgb.h"
 #include "terrain/lens_map.h"
-#include "terrain/surface.h"
 
 #define VD_LENS_COLORS 16384 /* entries of a table of colours by height */
 
@@ -65,41 +65,11 @@ static inline vd_lens_mix vd_lens_mix_at(int texel, int factor, int pixels) {
     return mix;
 }
 
-/* The colours of texels between bytes and linear light, by polynomials, as tables would need six
- * gathers a texel: each is linear on the curve's toe (IEC 61966-2-1) and within 0.05 (decoding) and
- * 0.09 (encoding) of 1/255 encoded beyond it, so that an unlit byte comes back the same. Encoding
- * is one in the square root s, where the curve is nearly straight; of degree 5 it would be 0.18
- * off. Decoding, of an encoded e from 0 to 1, of degree 3 0.28. */
-#define VD_LENS_LINEAR_TOE 0.0031308f
-#define VD_LENS_ENCODED_TOE 0.041f
-#define VD_LENS_ENCODE(s)                                                                          \
-    ((((((-0.58427069f * (s) + 2.2484991f) * (s)-3.5527475f) * (s) + 3.0326165f) *                 \
-       (s)-1.6456115f) *                                                                           \
-          (s) +                                                                                    \
-      1.5423364f) *                                                                                \
-     (s)-0.04086402f)
-#define VD_LENS_DECODE(e)                                                                          \
-    ((((-0.11539202f * (e) + 0.52385174f) * (e) + 0.5619586f) * (e) + 0.028080607f) * (e) +        \
-     0.0010636013f)
-
-static inline float vd_lens_decode(uint32_t byte) {
-    const float e = (float)byte * (1.0f / 255.0f);
-    return e < VD_LENS_ENCODED_TOE ? e * (1.0f / 12.92f) : VD_LENS_DECODE(e);
-}
-
-static inline uint32_t vd_lens_encode(float linear) {
-    linear = linear > 0.0f ? linear : 0.0f; /* also NaN */
-    linear = linear < 1.0f ? linear : 1.0f;
-    const float s = sqrtf(linear);
-    const float encoded = linear < VD_LENS_LINEAR_TOE ? linear * 12.92f : VD_LENS_ENCODE(s);
-    return (uint32_t)(int32_t)(encoded * 255.0f + 0.5f);
-}
-
 /* Shapes and memory of a map without contents. Returns the errors of vd_lens_map_init. */
 VD_MUST_USE vd_status vd_lens_map_lay_out(vd_context *context, const vd_terrain_def *def,
                                           vd_lens_map *out);
 
-/* All of a light but its table's colours. Fails as vd_surface_init. */
+/* All of a light but its table's colours. Fails as vd_lens_map_init. */
 VD_MUST_USE vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
                                          vd_lens_light *out);
 

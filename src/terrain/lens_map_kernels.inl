@@ -262,16 +262,16 @@ static void lens_table(const vd_lens_light *l, const float *heights, int count,
 
 static inline wide decode(vd_wide_u32 byte) {
     const wide e = __builtin_convertvector((vd_wide_i32)byte, wide) * (1.0f / 255.0f);
-    const mask toe = vd_wide_less_f32(e, vd_wide_splat_f32(VD_LENS_ENCODED_TOE));
-    return vd_wide_blend_f32(toe, e * (1.0f / 12.92f), VD_LENS_DECODE(e));
+    const mask toe = vd_wide_less_f32(e, vd_wide_splat_f32(VD_SRGB_ENCODED_TOE));
+    return vd_wide_blend_f32(toe, e * (1.0f / 12.92f), VD_SRGB_DECODE(e));
 }
 
 static inline vd_wide_u32 encode(wide linear) {
     const wide none = vd_wide_splat_f32(0.0f), one = vd_wide_splat_f32(1.0f);
     linear = vd_wide_min_f32(vd_wide_max_f32(linear, none), one);
     const wide s = vd_wide_sqrt_f32(linear);
-    const mask toe = vd_wide_less_f32(linear, vd_wide_splat_f32(VD_LENS_LINEAR_TOE));
-    const wide encoded = vd_wide_blend_f32(toe, linear * 12.92f, VD_LENS_ENCODE(s));
+    const mask toe = vd_wide_less_f32(linear, vd_wide_splat_f32(VD_SRGB_LINEAR_TOE));
+    const wide encoded = vd_wide_blend_f32(toe, linear * 12.92f, VD_SRGB_ENCODE(s));
     return (vd_wide_u32)vd_wide_to_i32(encoded * 255.0f + 0.5f);
 }
 

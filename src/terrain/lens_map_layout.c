@@ -111,14 +111,34 @@ static size_t lay_out_textures(const vd_heightfield *h, vd_lens_map *map,
     return at;
 }
 
+/* Fails with VD_ERROR_ARGUMENT when the heightfield is not drawable: not float, less than a cell,
+ * or its world_from_sample is singular; else inverts that. */
+static vd_status check_ground(const vd_heightfield *h, double sample_from_world[6]) {
+    if (h->height_type != VD_HEIGHT_F32) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "the heightfield has %s heights; the lens methods draw "
+                          "float heights, so create it as VD_HEIGHT_F32",
+                          h->height_type == VD_HEIGHT_U8 ? "8-bit" : "16-bit");
+    }
+    if (h->width < 2 || h->height < 2) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "the heightfield has %d × %d samples; a surface needs at least 2 × 2",
+                          h->width, h->height);
+    }
+    if (!vd_heightfield_invert(h->world_from_sample, sample_from_world)) {
+        return vd_failure(VD_ERROR_ARGUMENT, "the heightfield's world_from_sample is singular; its "
+                                             "columns and rows must span an area");
+    }
+    return vd_success();
+}
+
 vd_status vd_lens_map_lay_out(vd_context *context, const vd_terrain_def *def, vd_lens_map *out) {
-    vd_surface surface;
-    const vd_status status = vd_surface_init(def, &surface);
+    const vd_heightfield *h = def->heightfield;
+    double inverse[6];
+    const vd_status status = check_ground(h, inverse);
     if (status.code != VD_OK) {
         return status;
     }
-    const vd_heightfield *h = def->heightfield;
-    double inverse[6];
     if (h->color_width > 0 && !vd_heightfield_invert(h->color_from_sample, inverse)) {
         return vd_failure(VD_ERROR_ARGUMENT, "the heightfield's color_from_sample is singular; its "
                                              "columns and rows must span an area");
@@ -143,8 +163,8 @@ vd_status vd_lens_map_lay_out(vd_context *context, const vd_terrain_def *def, vd
         return vd_out_of_memory("the terrain's levels and textures",
                                 (heights + maxima + texels) * sizeof(float));
     }
-    map.ground[0].heights = surface.heights;
-    map.ground[0].stride = surface.stride;
+    map.ground[0].heights = vd_heightfield_level_data(h, 0);
+    map.ground[0].stride = (size_t)h->levels[0].stride;
     for (int l = 0; l < map.levels; l++) {
         map.ground[l].maxima = map.memory[1];
         if (l > 0) {
@@ -233,15 +253,14 @@ void vd_lens_light_constants(const vd_terrain_def *def, vd_lens_light *light) {
 
 vd_status vd_lens_light_init(const vd_lens_map *map, const vd_terrain_def *def,
                              vd_lens_light *light) {
-    vd_surface surface;
-    const vd_status status = vd_surface_init(def, &surface);
+    double m[6];
+    const vd_status status = check_ground(def->heightfield, m);
     if (status.code != VD_OK) {
         return status;
     }
-    const double *m = surface.sample_from_world;
     light->map = def->heightfield;
-    light->heights = surface.heights;
-    light->stride = surface.stride;
+    light->heights = vd_heightfield_level_data(light->map, 0);
+    light->stride = (size_t)light->map->levels[0].stride;
     vd_lens_light_constants(def, light);
     const double slope[4] = {m[1], m[4], m[2], m[5]};
     for (int i = 0; i < 4; i++) {

@@ -199,7 +199,7 @@ uint32_t vd_lens_lit(const vd_lens_light *l, uint32_t albedo, vd_lens_terms term
     uint32_t lit = 0xFF000000u;
     for (int i = 0; i < 3; i++) {
         const float light = l->sun[i] * terms.direct + (l->ambient[i] + l->ambient_more[i] * sky);
-        lit |= vd_lens_encode(vd_lens_decode(component(albedo, i)) * light) << (8 * i);
+        lit |= vd_srgb_byte_encode(vd_srgb_byte_decode(component(albedo, i)) * light) << (8 * i);
     }
     return lit;
 }

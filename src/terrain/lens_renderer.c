@@ -2,6 +2,7 @@
 #include "terrain/lens_renderer.h"
 #include <string.h>
 #include "core/core.h"
+#include "image/image.h"
 
 /* Counters of two workers never share a cache line. */
 struct vd_lens_worker {
@@ -185,24 +186,6 @@ vd_status vd_lens_draw(vd_terrain_renderer *renderer, vd_job *job, const vd_came
     return status;
 }
 
-/* Returns the index of the terrain's object id in the frame's table, adding it if need be. */
-static vd_status register_object(vd_frame *frame, uint64_t object_id, uint32_t *out) {
-    const int capacity = (int)(sizeof frame->object_ids / sizeof frame->object_ids[0]);
-    for (int i = 1; i < frame->object_count; i++) {
-        if (frame->object_ids[i] == object_id) {
-            *out = (uint32_t)i;
-            return vd_success();
-        }
-    }
-    if (frame->object_count >= capacity) {
-        return vd_failure(VD_ERROR_LIMIT, "the frame's table of object ids is full (%d entries)",
-                          capacity);
-    }
-    frame->object_ids[frame->object_count] = object_id;
-    *out = (uint32_t)frame->object_count++;
-    return vd_success();
-}
-
 vd_status vd_terrain_renderer_draw(vd_terrain_renderer *renderer, vd_job *job,
                                    const vd_camera *camera, vd_frame *frame,
                                    vd_frame_stats *stats) {
@@ -213,7 +196,7 @@ vd_status vd_terrain_renderer_draw(vd_terrain_renderer *renderer, vd_job *job,
     uint32_t terrain_id = 0;
     vd_status status = vd_camera_validate(camera);
     if (status.code == VD_OK) {
-        status = register_object(frame, renderer->def.object_id, &terrain_id);
+        status = vd_frame_add_object(frame, renderer->def.object_id, &terrain_id);
     }
     if (status.code == VD_OK) {
         status = vd_lens_prepare(renderer, job, camera, frame->width, frame->height);
