@@ -1,4 +1,4 @@
-/* lens_beams.inl: all rays of a block of pixels behind one beam; a part of lens_march.inl. */
+/* lens_beams.inl: all rays of a square of pixels behind one beam; a part of lens_march.inl. */
 #include "terrain/lens_rays.inl"
 
 /* ---- beams -----------------------------------------------------------------------------------
@@ -84,213 +84,116 @@ static inline void make_beams(const vd_lens_view *view, f32 x, f32 y, float size
     b->hi = hi + vd_wide_abs_f32(hi) * 0x1p-16f;
 }
 
-/* ---- near the ground -------------------------------------------------------------------------
- * The beam of one block, in the cells of a slab's ground. While it is narrower than a cell its rays
- * go through the same few cells: cells are taken two by two, and all rays tested against each, the
- * four heights the same for all lanes. */
-typedef struct thread {
-    float low, high, low_t, high_t, low_i, high_i, low_never, high_never;
-    bool forward;
-} thread;
+/* One axis of a beam within a slab. */
+typedef struct span {
+    f32 low, high, low_t, high_t; /* low + low_t·s … high + high_t·s, in cells of the ground */
+    /* An edge beyond the side, e cells away at s = 0, is reached at e·i + never. */
+    f32 low_i, high_i, low_never, high_never;
+    mask forward;
+} span;
 
-typedef struct tile_beams {
-    float u0[64], u1[64], ut0[64], ut1[64], v0[64], v1[64], vt0[64], vt1[64];
-    float w0[64], w1[64], w2[64], w2_most[64], s[64], hi[64];
-} tile_beams;
-
-static inline thread make_thread(float low, float high, float low_t, float high_t, float shift,
-                                 float scale, int32_t cell) {
-    thread a;
+static inline span make_span(f32 low, f32 high, f32 low_t, f32 high_t, float shift, float scale,
+                             int32_t cell) {
+    const f32 zero = vd_wide_splat_f32(0.0f), never = vd_wide_splat_f32(NEVER);
+    span a;
     a.low = (low + shift) * scale + ((float)cell - SLACK);
     a.high = (high + shift) * scale + ((float)cell + SLACK);
     a.low_t = low_t * scale;
     a.high_t = high_t * scale;
-    a.low_i = a.low_t < 0.0f ? -1.0f / a.low_t : 0.0f;
-    a.high_i = 0.0f < a.high_t ? 1.0f / a.high_t : 0.0f;
-    a.low_never = a.low_t < 0.0f ? 0.0f : NEVER;
-    a.high_never = 0.0f < a.high_t ? 0.0f : NEVER;
-    a.forward = !(a.low_t + a.high_t < 0.0f);
+    const mask low_moves = vd_wide_less_f32(a.low_t, zero);
+    const mask high_moves = vd_wide_less_f32(zero, a.high_t);
+    a.low_i = vd_wide_blend_f32(low_moves, -1.0f / a.low_t, zero);
+    a.high_i = vd_wide_blend_f32(high_moves, 1.0f / a.high_t, zero);
+    a.low_never = vd_wide_blend_f32(low_moves, zero, never);
+    a.high_never = vd_wide_blend_f32(high_moves, zero, never);
+    a.forward = not_less(a.low_t + a.high_t, zero);
     return a;
 }
 
-/* Tests the lanes of `alive` that come before `until` into the cell (i, j) of the slab, with
- * corners h, against it. */
-static inline mask test_cell(const walk *k, mask alive, float i, float j, const float h[4],
-                             float until, mask *air, mask *blocked, f32 *s_hit) {
-    const f32 zero = vd_wide_splat_f32(0.0f), whole = vd_wide_splat_f32(1.0f);
-    const f32 ua = (i - k->u) * k->iu, ub = ((i + 1.0f) - k->u) * k->iu;
-    const f32 va = (j - k->v) * k->iv, vb = ((j + 1.0f) - k->v) * k->iv;
-    const f32 in_u = vd_wide_min_f32(ua, ub), in_v = vd_wide_min_f32(va, vb);
-    const f32 out_u = vd_wide_max_f32(ua, ub), out_v = vd_wide_max_f32(va, vb);
-    const f32 ta = vd_wide_max_f32(k->lo, vd_wide_max_f32(in_u, in_v));
-    const f32 tb = vd_wide_min_f32(k->hi, vd_wide_min_f32(out_u, out_v));
-    const mask here = alive & vd_wide_less_f32(ta, vd_wide_min_f32(tb, vd_wide_splat_f32(until)));
-    *blocked = here & vd_wide_not(here);
-    if (vd_wide_bits(here) == 0) {
-        return *blocked;
-    }
-    if (!(-INFINITY < h[0] && -INFINITY < h[1] && -INFINITY < h[2] && -INFINITY < h[3])) {
-        *air &= vd_wide_not(here);
-        return *blocked;
-    }
-    const float b = h[1] - h[0], c = h[2] - h[0], d = (h[3] - h[1]) - c;
-    const f32 fu = vd_wide_max_f32(vd_wide_min_f32((k->u + k->ut * ta) - i, whole), zero);
-    const f32 fv = vd_wide_max_f32(vd_wide_min_f32((k->v + k->vt * ta) - j, whole), zero);
-    const f32 by_v = c + d * fu;
-    const f32 f0 = (k->w + ta * (k->w1 + ta * k->w2)) - ((h[0] + b * fu) + by_v * fv);
-    const f32 f1 = (k->w1 + 2.0f * ta * k->w2) - ((b + d * fv) * k->ut + by_v * k->vt);
-    const f32 f2 = k->w2 - d * (k->ut * k->vt);
-    const f32 discriminant = f1 * f1 - 4.0f * (f2 * f0);
-    const f32 root = vd_wide_sqrt_f32(vd_wide_max_f32(discriminant, zero));
-    const mask falls = not_less(zero, f1);
-    const f32 q = 0.5f * (vd_wide_blend_f32(falls, root, -root) - f1);
-    const f32 s = vd_wide_blend_f32(falls, f0, q) / vd_wide_blend_f32(falls, q, f2);
-    const mask above = vd_wide_less_f32(zero, f0);
-    const mask meets = here & vd_wide_not(above);
-    const mask at_once = meets & (*air | vd_wide_equal_f32(f0, zero));
-    const mask later = here & above & not_less(discriminant, zero) & vd_wide_less_f32(zero, s) &
-                       not_less(tb - ta, s);
-    *blocked = meets & vd_wide_not(at_once);
-    const mask hit = at_once | later;
-    *s_hit = vd_wide_blend_f32(hit, vd_wide_blend_f32(later, ta + s, ta), *s_hit);
-    *air |= here & above;
-    return hit;
+/* The first of the two blocks that hold a span, and when the span comes out of them. */
+static inline i32 cover(const span *a, f32 low, f32 high, f32 side, f32 inverse, f32 *out) {
+    const f32 first = vd_wide_blend_f32(a->forward, vd_wide_floor_f32(low * inverse),
+                                        vd_wide_floor_f32(high * inverse) - 1.0f);
+    const f32 begin = first * side, end = begin + (side + side);
+    *out = vd_wide_min_f32((end - a->high) * a->high_i + a->high_never,
+                           (a->low - begin) * a->low_i + a->low_never);
+    return vd_wide_to_i32(first);
 }
 
-/* Two by two blocks of a level, or cells, around a beam at s; its way through them ends at `out`.
- */
-typedef struct group {
-    int column, row; /* of the first, in blocks */
-    float out;
-} group;
-
-static inline float come_out(const thread *a, float begin, float side) {
-    return vd_lens_min((begin + (side + side) - a->high) * a->high_i + a->high_never,
-                       (a->low - begin) * a->low_i + a->low_never);
+static inline i32 clamp_i32(i32 v, i32 last) {
+    return vd_wide_max_i32(vd_wide_min_i32(v, last), vd_wide_splat_i32(0));
 }
 
-static inline group find_group(const thread *u, const thread *v, float s, float side, float inverse,
-                               float end) {
-    const float u_at = u->forward ? u->low + u->low_t * s : u->high + u->high_t * s;
-    const float v_at = v->forward ? v->low + v->low_t * s : v->high + v->high_t * s;
-    const float first_u = floorf(u_at * inverse) - (u->forward ? 0.0f : 1.0f);
-    const float first_v = floorf(v_at * inverse) - (v->forward ? 0.0f : 1.0f);
-    group found = {(int)first_u, (int)first_v, 0.0f};
-    found.out = vd_lens_min(
-        vd_lens_min(come_out(u, first_u * side, side), come_out(v, first_v * side, side)), end);
-    return found;
-}
-
-static inline int clamp_int(int v, int last) {
-    return v < 0 ? 0 : v < last ? v : last;
-}
-
-static inline float highest_of(float a, float b, float c, float d) {
-    return vd_lens_max(vd_lens_max(a, b), vd_lens_max(c, d));
-}
-
-/* The highest ground of a group of blocks. */
-static inline float highest_block(const vd_lens_ground *g, const group *b, int level) {
-    const int last_column = (g->columns - 1) >> level, last_row = (g->rows - 1) >> level;
-    const int c0 = clamp_int(b->column, last_column), c1 = clamp_int(b->column + 1, last_column);
-    const float *above = g->maxima + g->offset[level] +
-                         (size_t)clamp_int(b->row, last_row) * (size_t)g->pitch[level];
-    const float *below = g->maxima + g->offset[level] +
-                         (size_t)clamp_int(b->row + 1, last_row) * (size_t)g->pitch[level];
-    return highest_of(above[c0], above[c1], below[c0], below[c1]);
-}
-
-/* The nine corners of a group of cells; those beyond the ground are those at its edge. */
-static inline void read_corners(const vd_lens_ground *g, const group *cells, float h[9]) {
-    for (int j = 0; j < 3; j++) {
-        const float *row = g->heights + (size_t)clamp_int(cells->row + j, g->rows) * g->stride;
-        for (int i = 0; i < 3; i++) {
-            h[3 * j + i] = row[clamp_int(cells->column + i, g->columns)];
-        }
-    }
-}
-
-/* Tests the rays against the cells of a group, from near to far: no ray comes back to a cell. A
- * cell under all rays on their way through the group is passed over; a cell that a ray enters after
- * that way must wait for the next group, since one before it may not be under the rays there. */
-static inline mask test_group(const vd_lens_slab *slab, const walk *k, const group *cells,
-                              const float h[9], const float most[4], float lowest, int near,
-                              mask alive, mask *air, mask *hits, f32 *s_hit) {
+/* Moves the beams of `going` through a slab until two by two blocks of about their width are not
+ * under them. Lanes that come out of the slab stay in `going`. */
+static inline void run_beams(const vd_lens_slab *slab, beams *b, mask *going, int start_level) {
     const vd_lens_ground *g = slab->ground;
-    for (int n = 0; n < 4 && vd_wide_bits(alive) != 0; n++) {
-        const int cell = n ^ near, i = cells->column + (cell & 1), j = cells->row + (cell >> 1);
-        if (i < 0 || j < 0 || i >= g->columns || j >= g->rows ||
-            (most[cell] < lowest && vd_wide_bits(alive & vd_wide_not(*air)) == 0)) {
-            continue;
-        }
-        const float *corner = h + 3 * (cell >> 1) + (cell & 1);
-        const float corners[4] = {corner[0], corner[1], corner[3], corner[4]};
-        mask blocked;
-        const mask hit = test_cell(k, alive, (float)(i - slab->column), (float)(j - slab->row),
-                                   corners, cells->out, air, &blocked, s_hit);
-        *hits |= hit;
-        alive &= vd_wide_not(hit | blocked);
+    const f32 end = vd_wide_min_f32(b->hi, vd_wide_splat_f32(slab->end));
+    b->s = vd_wide_blend_f32(*going, vd_wide_max_f32(b->s, vd_wide_splat_f32(slab->begin)), b->s);
+    const span u =
+        make_span(b->u0, b->u1, b->ut0, b->ut1, slab->shift_u, slab->scale, slab->column);
+    const span v = make_span(b->v0, b->v1, b->vt0, b->vt1, slab->shift_v, slab->scale, slab->row);
+    const i32 top = vd_wide_splat_i32(g->top), one = vd_wide_splat_i32(1);
+    i32 level = vd_wide_splat_i32(g->top < start_level ? g->top : start_level);
+    mask here = *going & vd_wide_less_f32(b->s, end);
+    if (g->top == 0) {
+        *going &= vd_wide_not(here);
+        return;
     }
-    return alive;
+    while (vd_wide_bits(here) != 0) {
+        const f32 u_low = u.low + u.low_t * b->s, u_high = u.high + u.high_t * b->s;
+        const f32 v_low = v.low + v.low_t * b->s, v_high = v.high + v.high_t * b->s;
+        const f32 width = vd_wide_max_f32(u_high - u_low, v_high - v_low) * (1.0f / FILL);
+        const i32 least = vd_wide_max_i32((i32)((vd_wide_u32)(i32)width >> 23) - 126, one);
+        level = vd_wide_min_i32(vd_wide_max_i32(level, least), top);
+        const f32 side = vd_wide_exp2_i32(level), inverse = vd_wide_exp2_i32(-level);
+        f32 u_out, v_out;
+        const i32 column = cover(&u, u_low, u_high, side, inverse, &u_out);
+        const i32 row = cover(&v, v_low, v_high, side, inverse, &v_out);
+        const i32 last_column = (vd_wide_splat_i32(g->columns - 1) >> level);
+        const i32 last_row = (vd_wide_splat_i32(g->rows - 1) >> level);
+        const i32 offset = vd_wide_lookup_i32(g->offset, level);
+        const i32 pitch = vd_wide_lookup_i32(g->pitch, level);
+        const i32 from = offset + clamp_i32(column, last_column - 1);
+        i32 upper[2], lower[2], p[4];
+        vd_wide_load_pairs(
+            g->maxima, select_i32(here, from + clamp_i32(row, last_row) * pitch, offset), upper);
+        vd_wide_load_pairs(g->maxima,
+                           select_i32(here, from + clamp_i32(row + 1, last_row) * pitch, offset),
+                           lower);
+        vd_wide_unzip(upper, &p[0], &p[1]);
+        vd_wide_unzip(lower, &p[2], &p[3]);
+        /* One column only: what follows it is anything, and not a number hides what it meets. */
+        const mask single = vd_wide_less_i32(last_column, one);
+        p[1] = select_i32(single, p[0], p[1]);
+        p[3] = select_i32(single, p[2], p[3]);
+        const f32 highest = vd_wide_max_f32(vd_wide_max_f32((f32)p[0], (f32)p[1]),
+                                            vd_wide_max_f32((f32)p[2], (f32)p[3]));
+        const f32 tb = vd_wide_min_f32(vd_wide_min_f32(u_out, v_out), end);
+        const f32 length = tb - b->s;
+        const f32 wa = b->w0 + b->s * (b->w1 + b->s * b->w2);
+        const f32 wb = b->w0 + tb * (b->w1 + tb * b->w2);
+        const f32 lowest = vd_wide_min_f32(wa, wb) - (0.25f * b->w2_most) * (length * length);
+        const f32 margin = 2.0f * (slab->margin + slab->margin_s * tb);
+        const mask under =
+            here & vd_wide_less_f32(highest + margin, lowest) & vd_wide_less_f32(b->s, tb);
+        const mask high = here & vd_wide_not(under);
+        const mask down = high & vd_wide_less_i32(least, level);
+        const mask stop = high & vd_wide_not(down);
+        b->s = vd_wide_blend_f32(under, tb, b->s);
+        level = vd_wide_add_where_i32(under, level, one);
+        level = vd_wide_add_where_i32(down, level, vd_wide_splat_i32(-1));
+        *going &= vd_wide_not(stop);
+        here &= vd_wide_not(stop | (under & not_less(tb, end)));
+    }
 }
 
-/* Follows a block's beam and rays from *s on, while the beam is narrower than a cell. Returns lanes
- * that still look; *s is how far they came. */
-static inline mask walk_near(const vd_lens_slab *slab, const tile_beams *beam, int at,
-                             const walk *k, mask alive, mask *air, float *s_in_out, mask *hits,
-                             f32 *s_hit) {
-    const vd_lens_ground *g = slab->ground;
-    const thread u = make_thread(beam->u0[at], beam->u1[at], beam->ut0[at], beam->ut1[at],
-                                 slab->shift_u, slab->scale, slab->column);
-    const thread v = make_thread(beam->v0[at], beam->v1[at], beam->vt0[at], beam->vt1[at],
-                                 slab->shift_v, slab->scale, slab->row);
-    const float w0 = beam->w0[at], w1 = beam->w1[at], w2 = beam->w2[at];
-    const float w2_most = beam->w2_most[at];
-    const float end = vd_lens_min(beam->hi[at], slab->end);
-    const int near = (u.forward ? 0 : 1) + (v.forward ? 0 : 2);
-    float s = *s_in_out;
-    if ((u.low_t < 0.0f && 0.0f < u.high_t) || (v.low_t < 0.0f && 0.0f < v.high_t)) {
-        return alive; /* rays of both directions: there is no order from near to far */
+/* Moves beams on to where they may meet ground: b->s; infinity where they never do. */
+static inline void aim_beams(const vd_lens_view *view, mask active, beams *b) {
+    mask going = active & vd_wide_less_f32(b->s, b->hi);
+    const mask misses = vd_wide_not(going);
+    for (int n = 0; n < view->slabs && vd_wide_bits(going) != 0; n++) {
+        run_beams(&view->slab[n], b, &going, 4);
     }
-    for (int level = 0; s < end && vd_wide_bits(alive) != 0;) {
-        if (FILL < (u.high - u.low) + (u.high_t - u.low_t) * s ||
-            FILL < (v.high - v.low) + (v.high_t - v.low_t) * s) {
-            break;
-        }
-        const float side = (float)(1 << level);
-        const group blocks = find_group(&u, &v, s, side, 1.0f / side, end);
-        const float tb = blocks.out, length = tb - s;
-        if (!(s < tb)) {
-            break;
-        }
-        const float wa = w0 + s * (w1 + s * w2), wb = w0 + tb * (w1 + tb * w2);
-        const float lowest = vd_lens_min(wa, wb) - (0.25f * w2_most) * (length * length) -
-                             2.0f * (slab->margin + slab->margin_s * tb);
-        bool under;
-        if (level > 0) {
-            under = highest_block(g, &blocks, level) < lowest;
-            if (!under) {
-                level--;
-                continue;
-            }
-        } else {
-            float h[9];
-            read_corners(g, &blocks, h);
-            const float most[4] = {
-                highest_of(h[0], h[1], h[3], h[4]), highest_of(h[1], h[2], h[4], h[5]),
-                highest_of(h[3], h[4], h[6], h[7]), highest_of(h[4], h[5], h[7], h[8])};
-            under = highest_of(most[0], most[1], most[2], most[3]) < lowest;
-            if (!under) {
-                alive =
-                    test_group(slab, k, &blocks, h, most, lowest, near, alive, air, hits, s_hit);
-            }
-        }
-        if (under) {
-            *air |= vd_wide_less_f32(k->lo, vd_wide_splat_f32(tb));
-            level = level < g->top ? level + 1 : level;
-        }
-        s = tb;
-    }
-    *s_in_out = s;
-    return alive;
+    b->s = vd_wide_blend_f32(going | misses, vd_wide_splat_f32(INFINITY), b->s);
 }

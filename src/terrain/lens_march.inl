@@ -31,8 +31,13 @@
  * step of 16 rays through a block or a cell takes about 190 cycles, most of them for loads of 16
  * addresses and for masks.
  */
-#include "terrain/lens_beams.inl"
+#include "terrain/lens_near.inl"
 #include "terrain/lens_colors.inl"
+
+#define SQUARE 8 /* pixels a side: four blocks */
+#define SQUARE_BLOCKS 4
+#define TILE_SQUARES (VD_LENS_TILE / SQUARE)
+#define TILE_BLOCKS (VD_LENS_TILE / BLOCK)
 
 /* ---- pictures -------------------------------------------------------------------------------- */
 
@@ -61,45 +66,111 @@ static inline void put_block(const vd_lens_picture *picture, int x, int y, const
     }
 }
 
-/* Draws the block at (x, y), number `at` of its tile. */
-static inline void draw_block(const vd_lens_picture *picture, const tile_beams *beam, int at, int x,
-                              int y, vd_lens_counts *counts) {
-    const vd_lens_view *view = picture->view;
+/* The packets of a square of pixels, those of a block of it one after the other. */
+static inline void make_packets(const vd_lens_picture *picture, int x, int y, packet *p) {
     const f32 width = vd_wide_splat_f32((float)picture->frame->width);
     const f32 height = vd_wide_splat_f32((float)picture->frame->height);
-    const float start = beam->s[at];
-    const int first = slab_of(view, start);
-    uint32_t color[BLOCK * BLOCK];
-    float depth[BLOCK * BLOCK];
-    for (int packet = 0; packet < PACKETS; packet++) {
-        const f32 px = vd_wide_load_f32(block_x + packet * LANES) + ((float)x + 0.5f);
-        const f32 py = vd_wide_load_f32(block_y + packet * LANES) + ((float)y + 0.5f);
-        const mask active = vd_wide_less_f32(px, width) & vd_wide_less_f32(py, height);
-        mask hits = active & vd_wide_not(active);
-        f32 s_hit = vd_wide_splat_f32(0.0f);
-        rays r;
-        make_rays(view, px, py, &r);
-        if (first < view->slabs) {
-            const vd_lens_slab *slab = &view->slab[first];
-            walk k;
-            begin_walk(slab, &r, &k);
-            float s = vd_lens_max(start, slab->begin);
-            mask air = k.air | vd_wide_less_f32(k.lo, vd_wide_splat_f32(s));
-            mask alive = walk_near(slab, beam, at, &k, active & vd_wide_less_f32(r.lo, r.hi), &air,
-                                   &s, &hits, &s_hit);
-            if (vd_wide_bits(alive) != 0) {
-                cast(view, &r, first, alive, vd_wide_splat_f32(s), air, &hits, &s_hit);
+    for (int at = 0; at < SQUARE_BLOCKS * PACKETS; at++, p++) {
+        const int block = at / PACKETS, first = at % PACKETS * LANES;
+        const float left = (float)(x + block % 2 * BLOCK) + 0.5f;
+        const float top = (float)(y + block / 2 * BLOCK) + 0.5f;
+        p->x = vd_wide_load_f32(block_x + first) + left;
+        p->y = vd_wide_load_f32(block_y + first) + top;
+        p->active = vd_wide_less_f32(p->x, width) & vd_wide_less_f32(p->y, height);
+        make_rays(picture->view, p->x, p->y, &p->r);
+        p->alive = p->active & vd_wide_less_f32(p->r.lo, p->r.hi);
+        p->hits = p->active & vd_wide_not(p->active);
+        p->s_hit = vd_wide_splat_f32(0.0f);
+    }
+}
+
+static inline void shade_packet(const vd_lens_view *view, const packet *p, uint32_t *color,
+                                float *depth, vd_lens_counts *counts) {
+    i32 colors;
+    f32 depths;
+    shade(view, &p->r, p->active, p->hits, p->x, p->y, p->s_hit, &colors, &depths);
+    counts->samples += (uint64_t)__builtin_popcount(vd_wide_bits(p->active));
+    counts->hits += (uint64_t)__builtin_popcount(vd_wide_bits(p->hits));
+    memcpy(color, &colors, sizeof colors);
+    memcpy(depth, &depths, sizeof depths);
+}
+
+/* The beams of a tile's squares and of its blocks, and where the blocks' rays may first hit. */
+typedef struct tile {
+    tile_beams squares, blocks;
+    float starts[TILE_BLOCKS * TILE_BLOCKS];
+} tile;
+
+/* Follows the rays of a square from s on: all of them behind the square's beam, then each block
+ * behind its own, then each ray alone. */
+static inline void walk_square(const vd_lens_view *view, const tile *t, int square,
+                               const int blocks[SQUARE_BLOCKS], packet *p,
+                               float touch[SQUARE_BLOCKS]) {
+    float s = t->squares.s[square], common = INFINITY;
+    for (int b = 0; b < SQUARE_BLOCKS; b++) {
+        touch[b] = INFINITY;
+    }
+    for (int n = slab_of(view, s); n < view->slabs && any_alive(p, SQUARE_BLOCKS * PACKETS); n++) {
+        const vd_lens_slab *slab = &view->slab[n];
+        s = vd_lens_max(s, slab->begin);
+        for (int at = 0; at < SQUARE_BLOCKS * PACKETS; at++) {
+            begin_walk(slab, &p[at].r, &p[at].k);
+            p[at].air = p[at].k.air | vd_wide_less_f32(p[at].k.lo, vd_wide_splat_f32(s));
+        }
+        if (!walk_near(slab, &t->squares, square, p, SQUARE_BLOCKS * PACKETS, &s, &common)) {
+            break;
+        }
+        if (!(s < vd_lens_min(t->squares.hi[square], slab->end))) {
+            continue;
+        }
+        for (int b = 0; b < SQUARE_BLOCKS; b++) {
+            packet *q = p + b * PACKETS;
+            float near = s;
+            if (!any_alive(q, PACKETS)) {
+                touch[b] = vd_lens_min(touch[b], s); /* nobody looked further */
+                continue;
+            }
+            if (!walk_near(slab, &t->blocks, blocks[b], q, PACKETS, &near, &touch[b]) ||
+                !(near < vd_lens_min(t->blocks.hi[blocks[b]], slab->end))) {
+                continue;
+            }
+            touch[b] = vd_lens_min(touch[b], near);
+            for (int at = 0; at < PACKETS; at++) {
+                cast(view, &q[at].r, n, q[at].alive, vd_wide_splat_f32(near), q[at].air,
+                     &q[at].hits, &q[at].s_hit);
+                q[at].alive &= vd_wide_not(q[at].alive);
             }
         }
-        i32 colors;
-        f32 depths;
-        shade(view, &r, active, hits, px, py, s_hit, &colors, &depths);
-        counts->samples += (uint64_t)__builtin_popcount(vd_wide_bits(active));
-        counts->hits += (uint64_t)__builtin_popcount(vd_wide_bits(hits));
-        memcpy(color + packet * LANES, &colors, sizeof colors);
-        memcpy(depth + packet * LANES, &depths, sizeof depths);
+        s = slab->end;
     }
-    put_block(picture, x, y, color, depth);
+    for (int b = 0; b < SQUARE_BLOCKS; b++) {
+        touch[b] = vd_lens_min(touch[b], vd_lens_min(common, s));
+    }
+}
+
+/* Draws square number `square` of a tile, at (x, y). */
+static inline void draw_square(const vd_lens_picture *picture, tile *t, int square, int x, int y,
+                               vd_lens_counts *counts) {
+    packet p[SQUARE_BLOCKS * PACKETS];
+    make_packets(picture, x, y, p);
+    const int first = square / TILE_SQUARES * 2 * TILE_BLOCKS + square % TILE_SQUARES * 2;
+    const int blocks[SQUARE_BLOCKS] = {first, first + 1, first + TILE_BLOCKS,
+                                       first + TILE_BLOCKS + 1};
+    float touch[SQUARE_BLOCKS];
+    walk_square(picture->view, t, square, blocks, p, touch);
+    for (int b = 0; b < SQUARE_BLOCKS; b++) {
+        const int left = x + b % 2 * BLOCK, top = y + b / 2 * BLOCK;
+        t->starts[blocks[b]] = touch[b];
+        if (left < picture->frame->width && top < picture->frame->height) {
+            uint32_t color[BLOCK * BLOCK];
+            float depth[BLOCK * BLOCK];
+            for (int at = 0; at < PACKETS; at++) {
+                shade_packet(picture->view, p + b * PACKETS + at, color + at * LANES,
+                             depth + at * LANES, counts);
+            }
+            put_block(picture, left, top, color, depth);
+        }
+    }
 }
 
 static inline void store_beams(tile_beams *out, int at, const beams *b) {
@@ -119,40 +190,53 @@ static inline void store_beams(tile_beams *out, int at, const beams *b) {
     vd_wide_store_f32(out->hi + at, b->hi);
 }
 
-/* Where the rays of each block of a tile may come over the map: `starts` of the picture. */
-static inline void aim_tile(const vd_lens_picture *picture, int tile_x, int tile_y,
-                            tile_beams *out) {
-    enum { SIDE = VD_LENS_TILE / BLOCK };
-    for (int at = 0; at < SIDE * SIDE; at += LANES) {
+/* The beams of `side` × `side` squares of `size` pixels; those that are `aimed` from where they may
+ * meet ground. */
+static inline void make_tile_beams(const vd_lens_picture *picture, int tile_x, int tile_y, int side,
+                                   int size, bool aimed, tile_beams *out) {
+    const f32 width = vd_wide_splat_f32((float)picture->frame->width);
+    const f32 height = vd_wide_splat_f32((float)picture->frame->height);
+    for (int at = 0; at < side * side; at += LANES) {
         f32 x, y;
         for (int lane = 0; lane < LANES; lane++) {
-            x[lane] = (float)(tile_x + (at + lane) % SIDE * BLOCK);
-            y[lane] = (float)(tile_y + (at + lane) / SIDE * BLOCK);
+            x[lane] = (float)(tile_x + (at + lane) % side * size);
+            y[lane] = (float)(tile_y + (at + lane) / side * size);
         }
         beams b;
-        make_beams(picture->view, x, y, (float)BLOCK, &b);
+        make_beams(picture->view, x, y, (float)size, &b);
+        if (aimed) {
+            aim_beams(picture->view, vd_wide_less_f32(x, width) & vd_wide_less_f32(y, height), &b);
+        }
         store_beams(out, at, &b);
     }
+}
+
+/* Keeps where the blocks' rays may first hit. */
+static inline void put_starts(const vd_lens_picture *picture, int tile_x, int tile_y,
+                              const tile *t) {
     const int columns = (picture->frame->width - tile_x + BLOCK - 1) / BLOCK;
     const int rows = (picture->frame->height - tile_y + BLOCK - 1) / BLOCK;
-    for (int row = 0; row < SIDE && row < rows; row++) {
+    for (int row = 0; row < TILE_BLOCKS && row < rows; row++) {
         float *to = picture->starts + (size_t)(tile_y / BLOCK + row) * picture->starts_stride +
                     (size_t)(tile_x / BLOCK);
-        memcpy(to, out->s + row * SIDE, sizeof *to * (size_t)(columns < SIDE ? columns : SIDE));
+        memcpy(to, t->starts + row * TILE_BLOCKS,
+               sizeof *to * (size_t)(columns < TILE_BLOCKS ? columns : TILE_BLOCKS));
     }
 }
 
 static void draw(const vd_lens_picture *picture, int tile_x, int tile_y, vd_lens_counts *counts) {
-    enum { SIDE = VD_LENS_TILE / BLOCK };
     const vd_frame *frame = picture->frame;
-    tile_beams beam;
-    aim_tile(picture, tile_x, tile_y, &beam);
-    for (int row = 0; row < SIDE && tile_y + row * BLOCK < frame->height; row++) {
-        for (int column = 0; column < SIDE && tile_x + column * BLOCK < frame->width; column++) {
-            draw_block(picture, &beam, row * SIDE + column, tile_x + column * BLOCK,
-                       tile_y + row * BLOCK, counts);
+    tile t;
+    make_tile_beams(picture, tile_x, tile_y, TILE_SQUARES, SQUARE, true, &t.squares);
+    make_tile_beams(picture, tile_x, tile_y, TILE_BLOCKS, BLOCK, false, &t.blocks);
+    for (int square = 0; square < TILE_SQUARES * TILE_SQUARES; square++) {
+        const int x = tile_x + square % TILE_SQUARES * SQUARE;
+        const int y = tile_y + square / TILE_SQUARES * SQUARE;
+        if (x < frame->width && y < frame->height) {
+            draw_square(picture, &t, square, x, y, counts);
         }
     }
+    put_starts(picture, tile_x, tile_y, &t);
 }
 
 /* ---- edges ----------------------------------------------------------------------------------- */
