@@ -241,31 +241,48 @@ static void draw(const vd_lens_picture *picture, int tile_x, int tile_y, vd_lens
 
 /* ---- edges ----------------------------------------------------------------------------------- */
 
-/* Appends the pixels of one row of a tile that lie on an edge; returns their number. */
-static int find_edges(const vd_lens_picture *picture, int tile_x, int y, uint16_t *found) {
+/* Whether depth bends between three neighbours. */
+static inline mask bends(const vd_lens_view *view, f32 a, f32 b, f32 c) {
+    const f32 most = vd_wide_max_f32(a, vd_wide_max_f32(b, c));
+    return vd_wide_less_f32(most * view->edge_share + view->edge_least,
+                            vd_wide_abs_f32((a - b) + (c - b)));
+}
+
+/* Collects the pixels of one row of a tile that lie on an edge; returns their number. */
+static inline int find_edges(const vd_lens_picture *picture, int tile_x, int y, uint16_t *found) {
     const vd_lens_view *view = picture->view;
     const int width = picture->frame->width, height = picture->frame->height;
     const int columns = width - tile_x < VD_LENS_TILE ? width - tile_x : VD_LENS_TILE;
     const float *row = picture->depth + (size_t)y * picture->depth_stride + tile_x;
     const float *above = y > 0 ? row - picture->depth_stride : row;
     const float *below = y + 1 < height ? row + picture->depth_stride : row;
-    float here[VD_LENS_TILE + 2];
-    here[0] = tile_x > 0 ? row[-1] : row[0];
-    memcpy(here + 1, row, (size_t)columns * sizeof *row);
-    here[columns + 1] = tile_x + columns < width ? row[columns] : row[columns - 1];
-    uint8_t edge[VD_LENS_TILE];
-    for (int x = 0; x < columns; x++) {
-        const float a = here[x], b = here[x + 1], c = here[x + 2], d = above[x], e = below[x];
-        const float across = vd_lens_max(a, vd_lens_max(b, c));
-        const float along = vd_lens_max(d, vd_lens_max(b, e));
-        edge[x] = (across * view->edge_share + view->edge_least < fabsf((a - b) + (c - b))) |
-                  (along * view->edge_share + view->edge_least < fabsf((d - b) + (e - b))) |
-                  view->everywhere;
+    /* Outside the picture is what is at its edge. Within a row of tiles only the first and the last
+     * tile have such an edge. */
+    float copy[3][VD_LENS_TILE + 2];
+    if (tile_x == 0 || width <= tile_x + VD_LENS_TILE) {
+        memset(copy, 0, sizeof copy);
+        memcpy(copy[0] + 1, above, (size_t)columns * sizeof *above);
+        memcpy(copy[1] + 1, row, (size_t)columns * sizeof *row);
+        memcpy(copy[2] + 1, below, (size_t)columns * sizeof *below);
+        copy[1][0] = tile_x > 0 ? row[-1] : row[0];
+        copy[1][columns + 1] = tile_x + columns < width ? row[columns] : row[columns - 1];
+        above = copy[0] + 1, row = copy[1] + 1, below = copy[2] + 1;
     }
     int count = 0;
-    for (int x = 0; x < columns; x++) {
-        found[count] = (uint16_t)x;
-        count += edge[x];
+    for (int x = 0; x < columns; x += LANES) {
+        const f32 here = vd_wide_load_f32(row + x);
+        const mask across =
+            bends(view, vd_wide_load_f32(row + x - 1), here, vd_wide_load_f32(row + x + 1));
+        const mask along =
+            bends(view, vd_wide_load_f32(above + x), here, vd_wide_load_f32(below + x));
+        const uint32_t all = (1u << LANES) - 1;
+        uint32_t edges = view->everywhere ? all : vd_wide_bits(across | along);
+        for (; edges != 0; edges &= edges - 1) {
+            const int at = x + __builtin_ctz(edges);
+            if (at < columns) {
+                found[count++] = (uint16_t)at;
+            }
+        }
     }
     return count;
 }

@@ -31,9 +31,10 @@ static inline thread make_thread(float low, float high, float low_t, float high_
 }
 
 /* Tests the lanes of `alive` that come before `until` into the cell (i, j) of the slab, with
- * corners h, against it. */
-static inline mask test_cell(const walk *k, mask alive, float i, float j, const float h[4],
-                             float until, mask *air, mask *blocked, f32 *s_hit) {
+ * corners h, the highest of which is `most`, against it. */
+static inline mask test_cell(const vd_lens_slab *slab, const walk *k, mask alive, float i, float j,
+                             const float h[4], float most, float until, mask *air, mask *blocked,
+                             f32 *s_hit) {
     const f32 zero = vd_wide_splat_f32(0.0f), whole = vd_wide_splat_f32(1.0f);
     const f32 ua = (i - k->u) * k->iu, ub = ((i + 1.0f) - k->u) * k->iu;
     const f32 va = (j - k->v) * k->iv, vb = ((j + 1.0f) - k->v) * k->iv;
@@ -41,7 +42,7 @@ static inline mask test_cell(const walk *k, mask alive, float i, float j, const 
     const f32 out_u = vd_wide_max_f32(ua, ub), out_v = vd_wide_max_f32(va, vb);
     const f32 ta = vd_wide_max_f32(k->lo, vd_wide_max_f32(in_u, in_v));
     const f32 tb = vd_wide_min_f32(k->hi, vd_wide_min_f32(out_u, out_v));
-    const mask here = alive & vd_wide_less_f32(ta, vd_wide_min_f32(tb, vd_wide_splat_f32(until)));
+    mask here = alive & vd_wide_less_f32(ta, vd_wide_min_f32(tb, vd_wide_splat_f32(until)));
     *blocked = here & vd_wide_not(here);
     if (vd_wide_bits(here) == 0) {
         return *blocked;
@@ -50,28 +51,41 @@ static inline mask test_cell(const walk *k, mask alive, float i, float j, const 
         *air &= vd_wide_not(here);
         return *blocked;
     }
+    /* Rays above all of the cell, as those above a block. */
+    const f32 wa = k->w + ta * (k->w1 + ta * k->w2), wb = k->w + tb * (k->w1 + tb * k->w2);
+    const f32 length = tb - ta;
+    const f32 lowest = vd_wide_min_f32(wa, wb) - (0.25f * k->w2) * (length * length);
+    const mask over = here & vd_wide_less_f32((most + slab->margin) + slab->margin_s * tb, lowest);
+    *air |= over;
+    here &= vd_wide_not(over);
+    if (vd_wide_bits(here) == 0) {
+        return *blocked;
+    }
     const float b = h[1] - h[0], c = h[2] - h[0], d = (h[3] - h[1]) - c;
     const f32 fu = vd_wide_max_f32(vd_wide_min_f32((k->u + k->ut * ta) - i, whole), zero);
     const f32 fv = vd_wide_max_f32(vd_wide_min_f32((k->v + k->vt * ta) - j, whole), zero);
     const f32 by_v = c + d * fu;
-    const f32 f0 = (k->w + ta * (k->w1 + ta * k->w2)) - ((h[0] + b * fu) + by_v * fv);
+    const f32 f0 = wa - ((h[0] + b * fu) + by_v * fv);
     const f32 f1 = (k->w1 + 2.0f * ta * k->w2) - ((b + d * fv) * k->ut + by_v * k->vt);
     const f32 f2 = k->w2 - d * (k->ut * k->vt);
     const f32 discriminant = f1 * f1 - 4.0f * (f2 * f0);
+    const mask above = here & vd_wide_less_f32(zero, f0);
+    const mask meets = here & vd_wide_not(above);
+    const mask at_once = meets & (*air | vd_wide_equal_f32(f0, zero));
+    *blocked = meets & vd_wide_not(at_once);
+    *air |= above;
+    mask later = above & not_less(discriminant, zero);
+    *s_hit = vd_wide_blend_f32(at_once, ta, *s_hit);
+    if (vd_wide_bits(later) == 0) {
+        return at_once;
+    }
     const f32 root = vd_wide_sqrt_f32(vd_wide_max_f32(discriminant, zero));
     const mask falls = not_less(zero, f1);
     const f32 q = 0.5f * (vd_wide_blend_f32(falls, root, -root) - f1);
     const f32 s = vd_wide_blend_f32(falls, f0, q) / vd_wide_blend_f32(falls, q, f2);
-    const mask above = vd_wide_less_f32(zero, f0);
-    const mask meets = here & vd_wide_not(above);
-    const mask at_once = meets & (*air | vd_wide_equal_f32(f0, zero));
-    const mask later = here & above & not_less(discriminant, zero) & vd_wide_less_f32(zero, s) &
-                       not_less(tb - ta, s);
-    *blocked = meets & vd_wide_not(at_once);
-    const mask hit = at_once | later;
-    *s_hit = vd_wide_blend_f32(hit, vd_wide_blend_f32(later, ta + s, ta), *s_hit);
-    *air |= here & above;
-    return hit;
+    later &= vd_wide_less_f32(zero, s) & not_less(length, s);
+    *s_hit = vd_wide_blend_f32(later, ta + s, *s_hit);
+    return at_once | later;
 }
 
 /* 16 or fewer rays of a square, and what became of them. */
@@ -166,8 +180,8 @@ static inline bool test_group(const vd_lens_slab *slab, const group *cells, cons
             }
             mask blocked;
             const mask hit =
-                test_cell(&q->k, q->alive, (float)(i - slab->column), (float)(j - slab->row),
-                          corners, cells->out, &q->air, &blocked, &q->s_hit);
+                test_cell(slab, &q->k, q->alive, (float)(i - slab->column), (float)(j - slab->row),
+                          corners, most[cell], cells->out, &q->air, &blocked, &q->s_hit);
             q->hits |= hit;
             q->alive &= vd_wide_not(hit | blocked);
         }
