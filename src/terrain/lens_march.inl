@@ -45,6 +45,15 @@
 static const float block_x[BLOCK * BLOCK] = {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3};
 static const float block_y[BLOCK * BLOCK] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
 
+/* Copies `columns` of a block's row, which are mostly all of it. */
+static inline void put_row(void *to, const void *from, int columns) {
+    if (columns == BLOCK) {
+        memcpy(to, from, BLOCK * sizeof(uint32_t));
+    } else {
+        memcpy(to, from, (size_t)columns * sizeof(uint32_t));
+    }
+}
+
 /* Writes what of a block lies in the picture. */
 static inline void put_block(const vd_lens_picture *picture, int x, int y, const uint32_t *color,
                              const float *depth) {
@@ -54,10 +63,10 @@ static inline void put_block(const vd_lens_picture *picture, int x, int y, const
     for (int row = 0; row < rows; row++) {
         const size_t at = (size_t)(y + row) * frame->stride + (size_t)x;
         float *depths = picture->depth + (size_t)(y + row) * picture->depth_stride + (size_t)x;
-        memcpy(frame->rgba + 4 * at, color + BLOCK * row, (size_t)columns * sizeof *color);
-        memcpy(depths, depth + BLOCK * row, (size_t)columns * sizeof *depth);
+        put_row(frame->rgba + 4 * at, color + BLOCK * row, columns);
+        put_row(depths, depth + BLOCK * row, columns);
         if (frame->depth != NULL) {
-            memcpy(frame->depth + at, depth + BLOCK * row, (size_t)columns * sizeof *depth);
+            put_row(frame->depth + at, depth + BLOCK * row, columns);
         }
         for (int i = 0; frame->id != NULL && i < columns; i++) {
             frame->id[at + (size_t)i] =
@@ -101,8 +110,33 @@ typedef struct tile {
     float starts[TILE_BLOCKS * TILE_BLOCKS];
 } tile;
 
-/* Follows the rays of a square from s on: all of them behind the square's beam, then each block
- * behind its own, then each ray alone. */
+/* The packets come into a slab, at s. */
+static inline void enter_slab(const vd_lens_slab *slab, float s, packet *p, int count) {
+    for (int at = 0; at < count; at++) {
+        begin_walk(slab, &p[at].r, &p[at].k);
+        p[at].air = p[at].k.air | vd_wide_less_f32(p[at].k.lo, vd_wide_splat_f32(s));
+    }
+}
+
+/* Follows a block's packets through slab n from s on: behind the block's beam to where it is too
+ * wide, and then each ray alone, also through the slabs that follow. */
+static inline void walk_block(const vd_lens_view *view, int n, const tile_beams *blocks, int block,
+                              packet *p, int count, float s, float *touch) {
+    const vd_lens_slab *slab = &view->slab[n];
+    if (!walk_near(slab, blocks, block, p, count, &s, touch) ||
+        !(s < vd_lens_min(blocks->hi[block], slab->end))) {
+        return;
+    }
+    *touch = vd_lens_min(*touch, s);
+    for (int at = 0; at < count; at++) {
+        cast(view, &p[at].r, n, p[at].alive, vd_wide_splat_f32(s), p[at].air, &p[at].hits,
+             &p[at].s_hit);
+        p[at].alive &= vd_wide_not(p[at].alive);
+    }
+}
+
+/* Follows the rays of a square: all of them behind the square's beam, then each block. touch[b] is
+ * where rays of block b may first hit, also such as nobody asked for. */
 static inline void walk_square(const vd_lens_view *view, const tile *t, int square,
                                const int blocks[SQUARE_BLOCKS], packet *p,
                                float touch[SQUARE_BLOCKS]) {
@@ -113,10 +147,7 @@ static inline void walk_square(const vd_lens_view *view, const tile *t, int squa
     for (int n = slab_of(view, s); n < view->slabs && any_alive(p, SQUARE_BLOCKS * PACKETS); n++) {
         const vd_lens_slab *slab = &view->slab[n];
         s = vd_lens_max(s, slab->begin);
-        for (int at = 0; at < SQUARE_BLOCKS * PACKETS; at++) {
-            begin_walk(slab, &p[at].r, &p[at].k);
-            p[at].air = p[at].k.air | vd_wide_less_f32(p[at].k.lo, vd_wide_splat_f32(s));
-        }
+        enter_slab(slab, s, p, SQUARE_BLOCKS * PACKETS);
         if (!walk_near(slab, &t->squares, square, p, SQUARE_BLOCKS * PACKETS, &s, &common)) {
             break;
         }
@@ -124,21 +155,10 @@ static inline void walk_square(const vd_lens_view *view, const tile *t, int squa
             continue;
         }
         for (int b = 0; b < SQUARE_BLOCKS; b++) {
-            packet *q = p + b * PACKETS;
-            float near = s;
-            if (!any_alive(q, PACKETS)) {
+            if (any_alive(p + b * PACKETS, PACKETS)) {
+                walk_block(view, n, &t->blocks, blocks[b], p + b * PACKETS, PACKETS, s, &touch[b]);
+            } else {
                 touch[b] = vd_lens_min(touch[b], s); /* nobody looked further */
-                continue;
-            }
-            if (!walk_near(slab, &t->blocks, blocks[b], q, PACKETS, &near, &touch[b]) ||
-                !(near < vd_lens_min(t->blocks.hi[blocks[b]], slab->end))) {
-                continue;
-            }
-            touch[b] = vd_lens_min(touch[b], near);
-            for (int at = 0; at < PACKETS; at++) {
-                cast(view, &q[at].r, n, q[at].alive, vd_wide_splat_f32(near), q[at].air,
-                     &q[at].hits, &q[at].s_hit);
-                q[at].alive &= vd_wide_not(q[at].alive);
             }
         }
         s = slab->end;
@@ -173,6 +193,12 @@ static inline void draw_square(const vd_lens_picture *picture, tile *t, int squa
     }
 }
 
+/* 1 / speed where it is above 0, else 0. */
+static inline void store_inverse(float *to, f32 speed) {
+    const f32 zero = vd_wide_splat_f32(0.0f);
+    vd_wide_store_f32(to, vd_wide_blend_f32(vd_wide_less_f32(zero, speed), 1.0f / speed, zero));
+}
+
 static inline void store_beams(tile_beams *out, int at, const beams *b) {
     vd_wide_store_f32(out->u0 + at, b->u0);
     vd_wide_store_f32(out->u1 + at, b->u1);
@@ -182,6 +208,10 @@ static inline void store_beams(tile_beams *out, int at, const beams *b) {
     vd_wide_store_f32(out->v1 + at, b->v1);
     vd_wide_store_f32(out->vt0 + at, b->vt0);
     vd_wide_store_f32(out->vt1 + at, b->vt1);
+    store_inverse(out->ui0 + at, -b->ut0);
+    store_inverse(out->ui1 + at, b->ut1);
+    store_inverse(out->vi0 + at, -b->vt0);
+    store_inverse(out->vi1 + at, b->vt1);
     vd_wide_store_f32(out->w0 + at, b->w0);
     vd_wide_store_f32(out->w1 + at, b->w1);
     vd_wide_store_f32(out->w2 + at, b->w2);
@@ -248,16 +278,19 @@ static inline mask bends(const vd_lens_view *view, f32 a, f32 b, f32 c) {
                             vd_wide_abs_f32((a - b) + (c - b)));
 }
 
-/* Collects the pixels of one row of a tile that lie on an edge; returns their number. */
-static inline int find_edges(const vd_lens_picture *picture, int tile_x, int y, uint16_t *found) {
+/* The pixels of one row of a tile that lie on an edge: a bit each. */
+static inline uint32_t find_edges(const vd_lens_picture *picture, int tile_x, int y) {
     const vd_lens_view *view = picture->view;
     const int width = picture->frame->width, height = picture->frame->height;
     const int columns = width - tile_x < VD_LENS_TILE ? width - tile_x : VD_LENS_TILE;
+    const uint32_t all = UINT32_MAX >> (VD_LENS_TILE - columns);
+    if (view->everywhere) {
+        return all;
+    }
     const float *row = picture->depth + (size_t)y * picture->depth_stride + tile_x;
     const float *above = y > 0 ? row - picture->depth_stride : row;
     const float *below = y + 1 < height ? row + picture->depth_stride : row;
-    /* Outside the picture is what is at its edge. Within a row of tiles only the first and the last
-     * tile have such an edge. */
+    /* Outside the picture is what is at its edge. */
     float copy[3][VD_LENS_TILE + 2];
     if (tile_x == 0 || width <= tile_x + VD_LENS_TILE) {
         memset(copy, 0, sizeof copy);
@@ -268,98 +301,117 @@ static inline int find_edges(const vd_lens_picture *picture, int tile_x, int y, 
         copy[1][columns + 1] = tile_x + columns < width ? row[columns] : row[columns - 1];
         above = copy[0] + 1, row = copy[1] + 1, below = copy[2] + 1;
     }
-    int count = 0;
-    for (int x = 0; x < columns; x += LANES) {
+    uint32_t edges = 0;
+    for (int x = 0; x < VD_LENS_TILE && x < columns; x += LANES) {
         const f32 here = vd_wide_load_f32(row + x);
         const mask across =
             bends(view, vd_wide_load_f32(row + x - 1), here, vd_wide_load_f32(row + x + 1));
         const mask along =
             bends(view, vd_wide_load_f32(above + x), here, vd_wide_load_f32(below + x));
-        const uint32_t all = (1u << LANES) - 1;
-        uint32_t edges = view->everywhere ? all : vd_wide_bits(across | along);
-        for (; edges != 0; edges &= edges - 1) {
-            const int at = x + __builtin_ctz(edges);
-            if (at < columns) {
-                found[count++] = (uint16_t)at;
-            }
-        }
+        edges |= vd_wide_bits(across | along) << x;
     }
-    return count;
+    return edges & all;
 }
 
-/* Draws `count` pixels of row y again. */
-static void refine_pixels(const vd_lens_picture *picture, int tile_x, int y, const uint16_t *pixels,
-                          int count, vd_lens_counts *counts) {
-    const vd_lens_view *view = picture->view;
-    vd_frame *frame = picture->frame;
-    const int samples = view->samples;
+/* The samples of the pixels of a block, LANES at a time; the last packet repeats the last. */
+static inline int make_samples(const vd_lens_view *view, int x, int y, const uint8_t *pixels,
+                               int count, packet *p) {
+    const int samples = view->samples, total = count * samples;
     const float(*offsets)[2] = vd_sample_offsets(samples);
-    /* Samples of all pixels one behind the other, LANES at a time. */
-    enum { MOST = VD_LENS_TILE * 8 };
-    uint32_t color[MOST + LANES];
-    float depth[MOST + LANES];
-    const int total = count * samples;
-    for (int at = 0; at < total; at += LANES) {
-        f32 x, y_positions, start;
-        float nearest = INFINITY;
+    int made = 0;
+    for (int at = 0; at < total; at += LANES, made++, p++) {
         for (int lane = 0; lane < LANES; lane++) {
             const int sample = at + lane < total ? at + lane : total - 1;
-            const int pixel = tile_x + pixels[sample / samples];
-            x[lane] = (float)pixel + offsets[sample % samples][0];
-            y_positions[lane] = (float)y + offsets[sample % samples][1];
-            start[lane] =
-                picture->starts[(size_t)(y / BLOCK) * picture->starts_stride + pixel / BLOCK];
-            nearest = vd_lens_min(nearest, start[lane]);
+            const int pixel = pixels[sample / samples];
+            p->x[lane] = (float)(x + pixel % BLOCK) + offsets[sample % samples][0];
+            p->y[lane] = (float)(y + pixel / BLOCK) + offsets[sample % samples][1];
         }
-        i32 colors;
-        f32 depths;
-        const mask active = vd_wide_equal_i32(vd_wide_splat_i32(0), vd_wide_splat_i32(0));
-        mask hits = vd_wide_not(active);
-        f32 s_hit = vd_wide_splat_f32(0.0f);
-        rays r;
-        make_rays(view, x, y_positions, &r);
-        const int first = slab_of(view, nearest);
-        if (first < view->slabs) {
-            const f32 begin = vd_wide_splat_f32(view->slab[first].begin);
-            const mask air = vd_wide_less_f32(r.lo, begin) |
-                             vd_wide_less_f32(vd_wide_max_f32(r.lo, begin), start);
-            cast(view, &r, first, active & vd_wide_less_f32(r.lo, r.hi), start, air, &hits, &s_hit);
-        }
-        shade(view, &r, active, hits, x, y_positions, s_hit, &colors, &depths);
-        memcpy(color + at, &colors, sizeof colors);
-        memcpy(depth + at, &depths, sizeof depths);
+        make_rays(view, p->x, p->y, &p->r);
+        p->active = vd_wide_equal_i32(vd_wide_splat_i32(0), vd_wide_splat_i32(0));
+        p->alive = vd_wide_less_f32(p->r.lo, p->r.hi);
+        p->hits = vd_wide_not(p->active);
+        p->s_hit = vd_wide_splat_f32(0.0f);
     }
-    for (int p = 0; p < count; p++) {
-        uint32_t sum[4] = {0, 0, 0, 0}, packed = 0;
-        float nearest = 0.0f;
-        for (int i = 0; i < samples; i++) {
-            const uint32_t c = color[p * samples + i];
-            for (int channel = 0; channel < 4; channel++) {
-                sum[channel] += c >> (8 * channel) & 255;
-            }
-            nearest = vd_lens_max(nearest, depth[p * samples + i]);
-        }
+    return made;
+}
+
+/* The rounded mean of a pixel's samples, and the depth of the nearest. */
+static inline void put_mean(const vd_lens_picture *picture, int x, int y, const uint32_t *color,
+                            const float *depth) {
+    vd_frame *frame = picture->frame;
+    const uint32_t samples = (uint32_t)picture->view->samples;
+    uint32_t sum[4] = {0, 0, 0, 0}, packed = 0;
+    float nearest = 0.0f;
+    for (uint32_t i = 0; i < samples; i++) {
         for (int channel = 0; channel < 4; channel++) {
-            packed |= (sum[channel] + (uint32_t)samples / 2) / (uint32_t)samples << (8 * channel);
+            sum[channel] += color[i] >> (8 * channel) & 255;
         }
-        const size_t to = (size_t)y * frame->stride + (size_t)(tile_x + pixels[p]);
-        memcpy(frame->rgba + 4 * to, &packed, sizeof packed);
-        if (frame->depth != NULL) {
-            frame->depth[to] = nearest;
-        }
-        if (frame->id != NULL) {
-            frame->id[to] = nearest > 0.0f ? view->terrain_id : 0;
-        }
+        nearest = vd_lens_max(nearest, depth[i]);
     }
-    counts->samples += (uint64_t)total;
+    for (int channel = 0; channel < 4; channel++) {
+        packed |= (sum[channel] + samples / 2) / samples << (8 * channel);
+    }
+    const size_t to = (size_t)y * frame->stride + (size_t)x;
+    memcpy(frame->rgba + 4 * to, &packed, sizeof packed);
+    if (frame->depth != NULL) {
+        frame->depth[to] = nearest;
+    }
+    if (frame->id != NULL) {
+        frame->id[to] = nearest > 0.0f ? picture->view->terrain_id : 0;
+    }
+}
+
+/* Draws `count` pixels of the block at (x, y) again. */
+static inline void refine_block(const vd_lens_picture *picture, const tile_beams *beam, int block,
+                                int x, int y, const uint8_t *pixels, int count,
+                                vd_lens_counts *counts) {
+    enum { MOST = BLOCK * BLOCK * 8 };
+    const vd_lens_view *view = picture->view;
+    packet p[MOST / LANES];
+    const int packets = make_samples(view, x, y, pixels, count, p);
+    float s = picture->starts[(size_t)(y / BLOCK) * picture->starts_stride + x / BLOCK];
+    for (int n = slab_of(view, s); n < view->slabs && any_alive(p, packets); n++) {
+        float touch = INFINITY;
+        s = vd_lens_max(s, view->slab[n].begin);
+        enter_slab(&view->slab[n], s, p, packets);
+        walk_block(view, n, beam, block, p, packets, s, &touch);
+        s = view->slab[n].end;
+    }
+    uint32_t color[MOST];
+    float depth[MOST];
+    vd_lens_counts unused = {0, 0};
+    for (int at = 0; at < packets; at++) {
+        shade_packet(view, p + at, color + at * LANES, depth + at * LANES, &unused);
+    }
+    for (int i = 0; i < count; i++) {
+        put_mean(picture, x + pixels[i] % BLOCK, y + pixels[i] / BLOCK, color + i * view->samples,
+                 depth + i * view->samples);
+    }
+    counts->samples += (uint64_t)(count * view->samples);
 }
 
 static void refine(const vd_lens_picture *picture, int tile_x, int tile_y, vd_lens_counts *counts) {
-    for (int y = tile_y; y < tile_y + VD_LENS_TILE && y < picture->frame->height; y++) {
-        uint16_t pixels[VD_LENS_TILE];
-        const int count = find_edges(picture, tile_x, y, pixels);
+    uint32_t edges[VD_LENS_TILE] = {0}, any = 0;
+    for (int row = 0; row < VD_LENS_TILE && tile_y + row < picture->frame->height; row++) {
+        edges[row] = find_edges(picture, tile_x, tile_y + row);
+        any |= edges[row];
+    }
+    if (any == 0) {
+        return;
+    }
+    tile_beams beam;
+    make_tile_beams(picture, tile_x, tile_y, TILE_BLOCKS, BLOCK, false, &beam);
+    for (int block = 0; block < TILE_BLOCKS * TILE_BLOCKS; block++) {
+        const int column = block % TILE_BLOCKS * BLOCK, row = block / TILE_BLOCKS * BLOCK;
+        uint8_t pixels[BLOCK * BLOCK];
+        int count = 0;
+        for (int i = 0; i < BLOCK * BLOCK; i++) {
+            pixels[count] = (uint8_t)i;
+            count += edges[row + i / BLOCK] >> (column + i % BLOCK) & 1;
+        }
         if (count > 0) {
-            refine_pixels(picture, tile_x, y, pixels, count, counts);
+            refine_block(picture, &beam, block, tile_x + column, tile_y + row, pixels, count,
+                         counts);
         }
     }
 }

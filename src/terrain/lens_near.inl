@@ -12,20 +12,22 @@ typedef struct thread {
 
 typedef struct tile_beams {
     float u0[64], u1[64], ut0[64], ut1[64], v0[64], v1[64], vt0[64], vt1[64];
+    float ui0[64], ui1[64], vi0[64], vi1[64]; /* 1 / |ut0| …; 0 where that side does not move out */
     float w0[64], w1[64], w2[64], w2_most[64], s[64], hi[64];
 } tile_beams;
 
-static inline thread make_thread(float low, float high, float low_t, float high_t, float shift,
-                                 float scale, int32_t cell) {
+static inline thread make_thread(float low, float high, float low_t, float high_t, float low_i,
+                                 float high_i, float shift, const vd_lens_slab *slab,
+                                 int32_t cell) {
     thread a;
-    a.low = (low + shift) * scale + ((float)cell - SLACK);
-    a.high = (high + shift) * scale + ((float)cell + SLACK);
-    a.low_t = low_t * scale;
-    a.high_t = high_t * scale;
-    a.low_i = a.low_t < 0.0f ? -1.0f / a.low_t : 0.0f;
-    a.high_i = 0.0f < a.high_t ? 1.0f / a.high_t : 0.0f;
-    a.low_never = a.low_t < 0.0f ? 0.0f : NEVER;
-    a.high_never = 0.0f < a.high_t ? 0.0f : NEVER;
+    a.low = (low + shift) * slab->scale + ((float)cell - SLACK);
+    a.high = (high + shift) * slab->scale + ((float)cell + SLACK);
+    a.low_t = low_t * slab->scale;
+    a.high_t = high_t * slab->scale;
+    a.low_i = low_i * slab->unscale;
+    a.high_i = high_i * slab->unscale;
+    a.low_never = 0.0f < low_i ? 0.0f : NEVER;
+    a.high_never = 0.0f < high_i ? 0.0f : NEVER;
     a.forward = !(a.low_t + a.high_t < 0.0f);
     return a;
 }
@@ -116,6 +118,13 @@ static inline float come_out(const thread *a, float begin, float side) {
                        (a->low - begin) * a->low_i + a->low_never);
 }
 
+static inline float power_of_two(int exponent) {
+    const uint32_t bits = (uint32_t)(exponent + 127) << 23;
+    float power;
+    memcpy(&power, &bits, sizeof power);
+    return power;
+}
+
 static inline group find_group(const thread *u, const thread *v, float s, float side, float inverse,
                                float end) {
     const float u_at = u->forward ? u->low + u->low_t * s : u->high + u->high_t * s;
@@ -163,7 +172,7 @@ static inline void read_corners(const vd_lens_ground *g, const group *cells, flo
  * be under the rays there. Returns whether any ray still looks. */
 static inline bool test_group(const vd_lens_slab *slab, const group *cells, const float h[9],
                               const float most[4], float lowest, unsigned touched, int near,
-                              packet *p, int count) {
+                              packet *p, int count, bool *fewer) {
     const vd_lens_ground *g = slab->ground;
     for (int n = 0; n < 4; n++) {
         const int cell = n ^ near, i = cells->column + (cell & 1), j = cells->row + (cell >> 1);
@@ -184,6 +193,7 @@ static inline bool test_group(const vd_lens_slab *slab, const group *cells, cons
                           corners, most[cell], cells->out, &q->air, &blocked, &q->s_hit);
             q->hits |= hit;
             q->alive &= vd_wide_not(hit | blocked);
+            *fewer |= vd_wide_bits(hit | blocked) != 0;
         }
     }
     return any_alive(p, count);
@@ -196,15 +206,36 @@ static inline void note_air(packet *p, int count, float s) {
     }
 }
 
-/* Which cells of a group a beam touches between s and its way out: bit 2·row + column. */
+/* The least of the lanes. */
+static inline float least_of(f32 v) {
+    float lane[LANES], least = v[0];
+    vd_wide_store_f32(lane, v);
+    for (int i = 1; i < LANES; i++) {
+        least = vd_lens_min(least, lane[i]);
+    }
+    return least;
+}
+
+/* Raises what a beam knows of its rays' heights to the lowest of those that still look. */
+static inline void raise_beam(const packet *p, int count, float *w0, float *w1, float *w2) {
+    f32 w = vd_wide_splat_f32(INFINITY), slope = w, bend = w;
+    const f32 none = w;
+    for (int at = 0; at < count; at++) {
+        w = vd_wide_min_f32(w, vd_wide_blend_f32(p[at].alive, p[at].r.w, none));
+        slope = vd_wide_min_f32(slope, vd_wide_blend_f32(p[at].alive, p[at].r.w1, none));
+        bend = vd_wide_min_f32(bend, vd_wide_blend_f32(p[at].alive, p[at].r.w2, none));
+    }
+    *w0 = least_of(w), *w1 = least_of(slope), *w2 = least_of(bend);
+}
+
+/* Which cells of a group a beam touches between `from` and `to`: bit 2·row + column. */
 static inline unsigned touched_cells(const thread *u, const thread *v, const group *cells,
-                                     float s) {
-    const float tb = cells->out;
+                                     float from, float to) {
     const float u_edge = (float)(cells->column + 1), v_edge = (float)(cells->row + 1);
-    const bool west = vd_lens_min(u->low + u->low_t * s, u->low + u->low_t * tb) < u_edge;
-    const bool east = u_edge < vd_lens_max(u->high + u->high_t * s, u->high + u->high_t * tb);
-    const bool north = vd_lens_min(v->low + v->low_t * s, v->low + v->low_t * tb) < v_edge;
-    const bool south = v_edge < vd_lens_max(v->high + v->high_t * s, v->high + v->high_t * tb);
+    const bool west = vd_lens_min(u->low + u->low_t * from, u->low + u->low_t * to) < u_edge;
+    const bool east = u_edge < vd_lens_max(u->high + u->high_t * from, u->high + u->high_t * to);
+    const bool north = vd_lens_min(v->low + v->low_t * from, v->low + v->low_t * to) < v_edge;
+    const bool south = v_edge < vd_lens_max(v->high + v->high_t * from, v->high + v->high_t * to);
     const unsigned columns = (unsigned)west | (unsigned)east << 1;
     return (north ? columns : 0) | (south ? columns << 2 : 0);
 }
@@ -216,10 +247,10 @@ static inline bool walk_near(const vd_lens_slab *slab, const tile_beams *beam, i
                              int count, float *s_in_out, float *touch) {
     const vd_lens_ground *g = slab->ground;
     const thread u = make_thread(beam->u0[at], beam->u1[at], beam->ut0[at], beam->ut1[at],
-                                 slab->shift_u, slab->scale, slab->column);
+                                 beam->ui0[at], beam->ui1[at], slab->shift_u, slab, slab->column);
     const thread v = make_thread(beam->v0[at], beam->v1[at], beam->vt0[at], beam->vt1[at],
-                                 slab->shift_v, slab->scale, slab->row);
-    const float w0 = beam->w0[at], w1 = beam->w1[at], w2 = beam->w2[at];
+                                 beam->vi0[at], beam->vi1[at], slab->shift_v, slab, slab->row);
+    float w0 = beam->w0[at], w1 = beam->w1[at], w2 = beam->w2[at];
     const float w2_most = beam->w2_most[at];
     const float end = vd_lens_min(beam->hi[at], slab->end);
     const int near = (u.forward ? 0 : 1) + (v.forward ? 0 : 2);
@@ -233,15 +264,15 @@ static inline bool walk_near(const vd_lens_slab *slab, const tile_beams *beam, i
             FILL < (v.high - v.low) + (v.high_t - v.low_t) * s) {
             break;
         }
-        const float side = (float)(1 << level);
-        const group blocks = find_group(&u, &v, s, side, 1.0f / side, end);
+        const group blocks = find_group(&u, &v, s, power_of_two(level), power_of_two(-level), end);
         const float tb = blocks.out, length = tb - s;
         if (!(s < tb)) {
             break;
         }
         const float wa = w0 + s * (w1 + s * w2), wb = w0 + tb * (w1 + tb * w2);
-        const float lowest = vd_lens_min(wa, wb) - (0.25f * w2_most) * (length * length) -
-                             2.0f * (slab->margin + slab->margin_s * tb);
+        const float lost =
+            (0.25f * w2_most) * (length * length) + 2.0f * (slab->margin + slab->margin_s * tb);
+        const float lowest = vd_lens_min(wa, wb) - lost;
         if (level > 0) {
             if (!(highest_block(g, &blocks, level) < lowest)) {
                 level--;
@@ -253,11 +284,23 @@ static inline bool walk_near(const vd_lens_slab *slab, const tile_beams *beam, i
             const float most[4] = {
                 highest_of(h[0], h[1], h[3], h[4]), highest_of(h[1], h[2], h[4], h[5]),
                 highest_of(h[3], h[4], h[6], h[7]), highest_of(h[4], h[5], h[7], h[8])};
-            if (!(highest_of(most[0], most[1], most[2], most[3]) < lowest)) {
+            const float highest = highest_of(most[0], most[1], most[2], most[3]);
+            if (!(highest < lowest)) {
+                /* The beam is above all four cells up to where the chord under it meets the highest
+                 * of them; a little before that, as the division rounds. */
+                const float above = (wa - lost) - highest;
+                if (0.0f < above) {
+                    s += length * (above / (wa - wb)) * (1.0f - 0x1p-12f);
+                    passed = s;
+                }
                 *touch = vd_lens_min(*touch, s);
                 note_air(p, count, passed);
+                bool fewer = false;
                 looking = test_group(slab, &blocks, h, most, lowest,
-                                     touched_cells(&u, &v, &blocks, s), near, p, count);
+                                     touched_cells(&u, &v, &blocks, s, tb), near, p, count, &fewer);
+                if (looking && fewer) {
+                    raise_beam(p, count, &w0, &w1, &w2);
+                }
                 s = tb;
                 continue;
             }
