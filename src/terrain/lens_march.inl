@@ -193,10 +193,11 @@ static inline void draw_square(const vd_lens_picture *picture, tile *t, int squa
     }
 }
 
-/* 1 / speed where it is above 0, else 0. */
+/* 1 / speed, 0 of one so slow that the way to anywhere is within SLACK. */
 static inline void store_inverse(float *to, f32 speed) {
-    const f32 zero = vd_wide_splat_f32(0.0f);
-    vd_wide_store_f32(to, vd_wide_blend_f32(vd_wide_less_f32(zero, speed), 1.0f / speed, zero));
+    const f32 zero = vd_wide_splat_f32(0.0f), still = vd_wide_splat_f32(2.0f * VD_LENS_STILL);
+    vd_wide_store_f32(to, vd_wide_blend_f32(vd_wide_less_f32(still, vd_wide_abs_f32(speed)),
+                                            1.0f / vd_wide_abs_f32(speed), zero));
 }
 
 static inline void store_beams(tile_beams *out, int at, const beams *b) {
@@ -208,9 +209,9 @@ static inline void store_beams(tile_beams *out, int at, const beams *b) {
     vd_wide_store_f32(out->v1 + at, b->v1);
     vd_wide_store_f32(out->vt0 + at, b->vt0);
     vd_wide_store_f32(out->vt1 + at, b->vt1);
-    store_inverse(out->ui0 + at, -b->ut0);
+    store_inverse(out->ui0 + at, b->ut0);
     store_inverse(out->ui1 + at, b->ut1);
-    store_inverse(out->vi0 + at, -b->vt0);
+    store_inverse(out->vi0 + at, b->vt0);
     store_inverse(out->vi1 + at, b->vt1);
     vd_wide_store_f32(out->w0 + at, b->w0);
     vd_wide_store_f32(out->w1 + at, b->w1);

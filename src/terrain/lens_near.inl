@@ -2,34 +2,45 @@
 #include "terrain/lens_beams.inl"
 
 /* ---- near the ground -------------------------------------------------------------------------
- * The beam of one block, in the cells of a slab's ground. While it is narrower than a cell its rays
- * go through the same few cells: cells are taken two by two, and all rays tested against each, the
- * four heights the same for all lanes. */
+ * The beam of a square or a block, in the cells of a slab's ground. While it is narrower than two
+ * cells its rays go through the same few cells: cells are taken three by three, and all rays tested
+ * against those that the beam touches below their highest ground, the four heights the same for all
+ * lanes. */
+#define GROUP 3
+
+/* A beam is at most this many cells wide in a group. */
+#define WIDEST 1.75f
+
+/* One axis of a beam, in cells from the ground's first; mirrored where the beam goes backwards, so
+ * that both sides, low + low_t·s <= high + high_t·s, stand still or grow. A side comes to an edge e
+ * ahead of it at (e − side)·i + never. */
 typedef struct thread {
     float low, high, low_t, high_t, low_i, high_i, low_never, high_never;
-    bool forward;
+    bool mirrored;
 } thread;
 
 typedef struct tile_beams {
     float u0[64], u1[64], ut0[64], ut1[64], v0[64], v1[64], vt0[64], vt1[64];
-    float ui0[64], ui1[64], vi0[64], vi1[64]; /* 1 / |ut0| …; 0 where that side does not move out */
+    float ui0[64], ui1[64], vi0[64], vi1[64]; /* 1 / |ut0| …; 0 of a side that stands still */
     float w0[64], w1[64], w2[64], w2_most[64], s[64], hi[64];
 } tile_beams;
 
-static inline thread make_thread(float low, float high, float low_t, float high_t, float low_i,
-                                 float high_i, float shift, const vd_lens_slab *slab,
-                                 int32_t cell) {
-    thread a;
-    a.low = (low + shift) * slab->scale + ((float)cell - SLACK);
-    a.high = (high + shift) * slab->scale + ((float)cell + SLACK);
-    a.low_t = low_t * slab->scale;
-    a.high_t = high_t * slab->scale;
-    a.low_i = low_i * slab->unscale;
-    a.high_i = high_i * slab->unscale;
-    a.low_never = 0.0f < low_i ? 0.0f : NEVER;
-    a.high_never = 0.0f < high_i ? 0.0f : NEVER;
-    a.forward = !(a.low_t + a.high_t < 0.0f);
-    return a;
+/* False if rays go both ways along the axis: there is no order from near to far. */
+static inline bool make_thread(float low, float high, float low_t, float high_t, float low_i,
+                               float high_i, float shift, const vd_lens_slab *slab, int32_t cell,
+                               thread *a) {
+    const float first = (low + shift) * slab->scale + ((float)cell - SLACK);
+    const float last = (high + shift) * slab->scale + ((float)cell + SLACK);
+    a->mirrored = low_t < 0.0f;
+    a->low = a->mirrored ? -last : first;
+    a->high = a->mirrored ? -first : last;
+    a->low_t = (a->mirrored ? -high_t : low_t) * slab->scale;
+    a->high_t = (a->mirrored ? -low_t : high_t) * slab->scale;
+    a->low_i = (a->mirrored ? high_i : low_i) * slab->unscale;
+    a->high_i = (a->mirrored ? low_i : high_i) * slab->unscale;
+    a->low_never = 0.0f < a->low_i ? 0.0f : NEVER;
+    a->high_never = 0.0f < a->high_i ? 0.0f : NEVER;
+    return !(low_t < 0.0f && 0.0f < high_t);
 }
 
 /* Tests the lanes of `alive` that come before `until` into the cell (i, j) of the slab, with
@@ -106,16 +117,13 @@ static inline bool any_alive(const packet *p, int count) {
     return bits != 0;
 }
 
-/* Two by two blocks of a level, or cells, around a beam at s; its way through them ends at `out`.
- */
-typedef struct group {
-    int column, row; /* of the first, in blocks */
-    float out;
-} group;
+/* When the foremost rays of a beam come to an edge, and when the hindmost have left it behind. */
+static inline float comes_to(const thread *a, float edge) {
+    return edge <= a->high ? -INFINITY : (edge - a->high) * a->high_i + a->high_never;
+}
 
-static inline float come_out(const thread *a, float begin, float side) {
-    return vd_lens_min((begin + (side + side) - a->high) * a->high_i + a->high_never,
-                       (a->low - begin) * a->low_i + a->low_never);
+static inline float leaves(const thread *a, float edge) {
+    return edge <= a->low ? -INFINITY : (edge - a->low) * a->low_i + a->low_never;
 }
 
 static inline float power_of_two(int exponent) {
@@ -123,18 +131,6 @@ static inline float power_of_two(int exponent) {
     float power;
     memcpy(&power, &bits, sizeof power);
     return power;
-}
-
-static inline group find_group(const thread *u, const thread *v, float s, float side, float inverse,
-                               float end) {
-    const float u_at = u->forward ? u->low + u->low_t * s : u->high + u->high_t * s;
-    const float v_at = v->forward ? v->low + v->low_t * s : v->high + v->high_t * s;
-    const float first_u = floorf(u_at * inverse) - (u->forward ? 0.0f : 1.0f);
-    const float first_v = floorf(v_at * inverse) - (v->forward ? 0.0f : 1.0f);
-    group found = {(int)first_u, (int)first_v, 0.0f};
-    found.out = vd_lens_min(
-        vd_lens_min(come_out(u, first_u * side, side), come_out(v, first_v * side, side)), end);
-    return found;
 }
 
 static inline int clamp_int(int v, int last) {
@@ -145,58 +141,114 @@ static inline float highest_of(float a, float b, float c, float d) {
     return vd_lens_max(vd_lens_max(a, b), vd_lens_max(c, d));
 }
 
-/* The highest ground of a group of blocks. */
-static inline float highest_block(const vd_lens_ground *g, const group *b, int level) {
+/* The highest ground of two by two blocks of a level from (column, row) on, counted along the beam.
+ */
+static inline float highest_block(const vd_lens_ground *g, const thread *u, const thread *v,
+                                  int column, int row, int level) {
     const int last_column = (g->columns - 1) >> level, last_row = (g->rows - 1) >> level;
-    const int c0 = clamp_int(b->column, last_column), c1 = clamp_int(b->column + 1, last_column);
-    const float *above = g->maxima + g->offset[level] +
-                         (size_t)clamp_int(b->row, last_row) * (size_t)g->pitch[level];
+    const int first = u->mirrored ? -2 - column : column, top = v->mirrored ? -2 - row : row;
+    const int c0 = clamp_int(first, last_column), c1 = clamp_int(first + 1, last_column);
+    const float *above =
+        g->maxima + g->offset[level] + (size_t)clamp_int(top, last_row) * (size_t)g->pitch[level];
     const float *below = g->maxima + g->offset[level] +
-                         (size_t)clamp_int(b->row + 1, last_row) * (size_t)g->pitch[level];
+                         (size_t)clamp_int(top + 1, last_row) * (size_t)g->pitch[level];
     return highest_of(above[c0], above[c1], below[c0], below[c1]);
 }
 
-/* The nine corners of a group of cells; those beyond the ground are those at its edge. */
-static inline void read_corners(const vd_lens_ground *g, const group *cells, float h[9]) {
-    for (int j = 0; j < 3; j++) {
-        const float *row = g->heights + (size_t)clamp_int(cells->row + j, g->rows) * g->stride;
-        for (int i = 0; i < 3; i++) {
-            h[3 * j + i] = row[clamp_int(cells->column + i, g->columns)];
-        }
+/* The part [from, to] of a beam's way that lies in each column, or row, of a group. */
+typedef struct passage {
+    float from[GROUP], to[GROUP];
+} passage;
+
+static inline passage find_passage(const thread *a, float first) {
+    passage way;
+    for (int i = 0; i < GROUP; i++) {
+        way.from[i] = comes_to(a, first + (float)i);
+        way.to[i] = leaves(a, first + (float)(i + 1));
     }
+    return way;
 }
 
-/* Tests the rays of `count` packets against the cells `touched` of a group, from near to far: no
- * ray comes back to a cell. A cell under all rays on their way through the group is passed over; a
- * cell that a ray enters after that way must wait for the next group, since one before it may not
- * be under the rays there. Returns whether any ray still looks. */
-static inline bool test_group(const vd_lens_slab *slab, const group *cells, const float h[9],
-                              const float most[4], float lowest, unsigned touched, int near,
-                              packet *p, int count, bool *fewer) {
-    const vd_lens_ground *g = slab->ground;
-    for (int n = 0; n < 4; n++) {
-        const int cell = n ^ near, i = cells->column + (cell & 1), j = cells->row + (cell >> 1);
-        if ((touched >> cell & 1) == 0 || i < 0 || j < 0 || i >= g->columns || j >= g->rows) {
-            continue;
-        }
-        const float *corner = h + 3 * (cell >> 1) + (cell & 1);
-        const float corners[4] = {corner[0], corner[1], corner[3], corner[4]};
-        for (int at = 0; at < count; at++) {
-            packet *q = p + at;
-            if (vd_wide_bits(q->alive) == 0 ||
-                (most[cell] < lowest && vd_wide_bits(q->alive & vd_wide_not(q->air)) == 0)) {
-                continue;
-            }
+/* What a beam knows of its rays: not below w0 + s·(w1 + s·w2), and how that is curved. */
+typedef struct lift {
+    float w0, w1, w2, w2_most;
+} lift;
+
+/* A height that the rays are above from s to tb, by twice what rounding may do. */
+static inline float lowest_between(const vd_lens_slab *slab, const lift *l, float s, float tb) {
+    const float wa = l->w0 + s * (l->w1 + s * l->w2), wb = l->w0 + tb * (l->w1 + tb * l->w2);
+    const float length = tb - s;
+    return vd_lens_min(wa, wb) - (0.25f * l->w2_most) * (length * length) -
+           2.0f * (slab->margin + slab->margin_s * tb);
+}
+
+/* Three by three cells of a beam's way from s to `out`, the first counted along the beam. */
+typedef struct group {
+    int column, row;
+    float s, out;
+    passage across, along;
+} group;
+
+/* Whether any ray still looks, and whether one of them has not been seen in the air. */
+static inline bool any_airless(const packet *p, int count) {
+    uint32_t bits = 0;
+    for (int at = 0; at < count; at++) {
+        bits |= vd_wide_bits(p[at].alive & vd_wide_not(p[at].air));
+    }
+    return bits != 0;
+}
+
+/* Tests the rays against a cell; returns whether that ended any. */
+static inline bool test_packets(const vd_lens_slab *slab, int i, int j, const float h[4],
+                                float most, float until, packet *p, int count) {
+    bool fewer = false;
+    for (int k = 0; k < count; k++) {
+        packet *q = p + k;
+        if (vd_wide_bits(q->alive) != 0) {
             mask blocked;
             const mask hit =
                 test_cell(slab, &q->k, q->alive, (float)(i - slab->column), (float)(j - slab->row),
-                          corners, most[cell], cells->out, &q->air, &blocked, &q->s_hit);
+                          h, most, until, &q->air, &blocked, &q->s_hit);
             q->hits |= hit;
             q->alive &= vd_wide_not(hit | blocked);
-            *fewer |= vd_wide_bits(hit | blocked) != 0;
+            fewer |= vd_wide_bits(hit | blocked) != 0;
         }
     }
-    return any_alive(p, count);
+    return fewer;
+}
+
+/* Tests a beam's rays against a group's cells, from near to far: rays only go on, so that they meet
+ * cells row by row. A cell under all rays on their way through it is passed over; a cell that a ray
+ * enters after `out` must wait for the next group, since one before it may not be under the rays
+ * there. Returns whether any cell was tested; *fewer whether that ended any ray. */
+static inline bool test_group(const vd_lens_slab *slab, const thread *u, const thread *v,
+                              const lift *l, const group *cells, packet *p, int count, float *touch,
+                              bool *fewer) {
+    const vd_lens_ground *g = slab->ground;
+    bool tested = false, airless = any_airless(p, count);
+    for (int n = 0; n < GROUP * GROUP; n++) {
+        const int across = n % GROUP, along = n / GROUP;
+        const float from = vd_lens_max(
+            cells->s, vd_lens_max(cells->across.from[across], cells->along.from[along]));
+        const float to =
+            vd_lens_min(cells->out, vd_lens_min(cells->across.to[across], cells->along.to[along]));
+        const int i = u->mirrored ? -1 - (cells->column + across) : cells->column + across;
+        const int j = v->mirrored ? -1 - (cells->row + along) : cells->row + along;
+        if (!(from < to) || i < 0 || j < 0 || i >= g->columns || j >= g->rows) {
+            continue;
+        }
+        const float *above = g->heights + (size_t)j * g->stride + i, *below = above + g->stride;
+        const float h[4] = {above[0], above[1], below[0], below[1]};
+        const float most = highest_of(h[0], h[1], h[2], h[3]);
+        if (most < lowest_between(slab, l, from, to) && !airless) {
+            continue;
+        }
+        *touch = vd_lens_min(*touch, from);
+        tested = true;
+        *fewer |= test_packets(slab, i, j, h, most, cells->out, p, count);
+        airless = airless && any_airless(p, count);
+    }
+    return tested;
 }
 
 /* Rays that came in before s have been in the air. */
@@ -217,7 +269,7 @@ static inline float least_of(f32 v) {
 }
 
 /* Raises what a beam knows of its rays' heights to the lowest of those that still look. */
-static inline void raise_beam(const packet *p, int count, float *w0, float *w1, float *w2) {
+static inline void raise_beam(const packet *p, int count, lift *l) {
     f32 w = vd_wide_splat_f32(INFINITY), slope = w, bend = w;
     const f32 none = w;
     for (int at = 0; at < count; at++) {
@@ -225,89 +277,69 @@ static inline void raise_beam(const packet *p, int count, float *w0, float *w1, 
         slope = vd_wide_min_f32(slope, vd_wide_blend_f32(p[at].alive, p[at].r.w1, none));
         bend = vd_wide_min_f32(bend, vd_wide_blend_f32(p[at].alive, p[at].r.w2, none));
     }
-    *w0 = least_of(w), *w1 = least_of(slope), *w2 = least_of(bend);
+    l->w0 = least_of(w), l->w1 = least_of(slope), l->w2 = least_of(bend);
 }
 
-/* Which cells of a group a beam touches between `from` and `to`: bit 2·row + column. */
-static inline unsigned touched_cells(const thread *u, const thread *v, const group *cells,
-                                     float from, float to) {
-    const float u_edge = (float)(cells->column + 1), v_edge = (float)(cells->row + 1);
-    const bool west = vd_lens_min(u->low + u->low_t * from, u->low + u->low_t * to) < u_edge;
-    const bool east = u_edge < vd_lens_max(u->high + u->high_t * from, u->high + u->high_t * to);
-    const bool north = vd_lens_min(v->low + v->low_t * from, v->low + v->low_t * to) < v_edge;
-    const bool south = v_edge < vd_lens_max(v->high + v->high_t * from, v->high + v->high_t * to);
-    const unsigned columns = (unsigned)west | (unsigned)east << 1;
-    return (north ? columns : 0) | (south ? columns << 2 : 0);
-}
-
-/* Follows a beam and the rays of its packets from *s on within a slab, while the beam is narrower
- * than a cell. *s is how far it came, at the slab's end or where the beam became too wide; *touch
- * is set, if infinite, to where it first came near ground. Returns whether any ray still looks. */
+/* Follows a beam and the rays of its packets from *s on within a slab, while the beam is narrow. *s
+ * is how far it came, at the slab's end or where the beam became too wide; *touch is set, if
+ * infinite, to where it first came near ground. Returns whether any ray still looks. */
 static inline bool walk_near(const vd_lens_slab *slab, const tile_beams *beam, int at, packet *p,
                              int count, float *s_in_out, float *touch) {
     const vd_lens_ground *g = slab->ground;
-    const thread u = make_thread(beam->u0[at], beam->u1[at], beam->ut0[at], beam->ut1[at],
-                                 beam->ui0[at], beam->ui1[at], slab->shift_u, slab, slab->column);
-    const thread v = make_thread(beam->v0[at], beam->v1[at], beam->vt0[at], beam->vt1[at],
-                                 beam->vi0[at], beam->vi1[at], slab->shift_v, slab, slab->row);
-    float w0 = beam->w0[at], w1 = beam->w1[at], w2 = beam->w2[at];
-    const float w2_most = beam->w2_most[at];
-    const float end = vd_lens_min(beam->hi[at], slab->end);
-    const int near = (u.forward ? 0 : 1) + (v.forward ? 0 : 2);
-    float s = *s_in_out, passed = -INFINITY;
-    if ((u.low_t < 0.0f && 0.0f < u.high_t) || (v.low_t < 0.0f && 0.0f < v.high_t)) {
-        return true; /* rays of both directions: there is no order from near to far */
+    thread u, v;
+    if (!make_thread(beam->u0[at], beam->u1[at], beam->ut0[at], beam->ut1[at], beam->ui0[at],
+                     beam->ui1[at], slab->shift_u, slab, slab->column, &u) ||
+        !make_thread(beam->v0[at], beam->v1[at], beam->vt0[at], beam->vt1[at], beam->vi0[at],
+                     beam->vi1[at], slab->shift_v, slab, slab->row, &v)) {
+        return true;
     }
+    lift l = {beam->w0[at], beam->w1[at], beam->w2[at], beam->w2_most[at]};
+    const float end = vd_lens_min(beam->hi[at], slab->end);
+    float s = *s_in_out, passed = -INFINITY;
     bool looking = true;
     for (int level = 0; s < end && looking;) {
-        if (FILL < (u.high - u.low) + (u.high_t - u.low_t) * s ||
-            FILL < (v.high - v.low) + (v.high_t - v.low_t) * s) {
+        if (WIDEST < (u.high - u.low) + (u.high_t - u.low_t) * s ||
+            WIDEST < (v.high - v.low) + (v.high_t - v.low_t) * s) {
             break;
         }
-        const group blocks = find_group(&u, &v, s, power_of_two(level), power_of_two(-level), end);
-        const float tb = blocks.out, length = tb - s;
-        if (!(s < tb)) {
-            break;
-        }
-        const float wa = w0 + s * (w1 + s * w2), wb = w0 + tb * (w1 + tb * w2);
-        const float lost =
-            (0.25f * w2_most) * (length * length) + 2.0f * (slab->margin + slab->margin_s * tb);
-        const float lowest = vd_lens_min(wa, wb) - lost;
+        const float side = power_of_two(level), inverse = power_of_two(-level);
+        const float column = floorf((u.low + u.low_t * s) * inverse);
+        const float row = floorf((v.low + v.low_t * s) * inverse);
         if (level > 0) {
-            if (!(highest_block(g, &blocks, level) < lowest)) {
+            const float out = vd_lens_min(end, vd_lens_min(comes_to(&u, (column + 2.0f) * side),
+                                                           comes_to(&v, (row + 2.0f) * side)));
+            if (!(s < out)) {
+                break;
+            }
+            if (!(highest_block(g, &u, &v, (int)column, (int)row, level) <
+                  lowest_between(slab, &l, s, out))) {
                 level--;
                 continue;
             }
+            passed = s = out;
         } else {
-            float h[9];
-            read_corners(g, &blocks, h);
-            const float most[4] = {
-                highest_of(h[0], h[1], h[3], h[4]), highest_of(h[1], h[2], h[4], h[5]),
-                highest_of(h[3], h[4], h[6], h[7]), highest_of(h[4], h[5], h[7], h[8])};
-            const float highest = highest_of(most[0], most[1], most[2], most[3]);
-            if (!(highest < lowest)) {
-                /* The beam is above all four cells up to where the chord under it meets the highest
-                 * of them; a little before that, as the division rounds. */
-                const float above = (wa - lost) - highest;
-                if (0.0f < above) {
-                    s += length * (above / (wa - wb)) * (1.0f - 0x1p-12f);
-                    passed = s;
+            group cells = {(int)column,          (int)row, s, 0.0f, find_passage(&u, column),
+                           find_passage(&v, row)};
+            cells.out = vd_lens_min(end, vd_lens_min(comes_to(&u, column + (float)GROUP),
+                                                     comes_to(&v, row + (float)GROUP)));
+            if (!(s < cells.out)) {
+                break;
+            }
+            bool fewer = false;
+            note_air(p, count, passed);
+            if (test_group(slab, &u, &v, &l, &cells, p, count, touch, &fewer)) {
+                if (fewer) {
+                    looking = any_alive(p, count);
+                    if (looking) {
+                        raise_beam(p, count, &l);
+                    }
                 }
-                *touch = vd_lens_min(*touch, s);
-                note_air(p, count, passed);
-                bool fewer = false;
-                looking = test_group(slab, &blocks, h, most, lowest,
-                                     touched_cells(&u, &v, &blocks, s, tb), near, p, count, &fewer);
-                if (looking && fewer) {
-                    raise_beam(p, count, &w0, &w1, &w2);
-                }
-                s = tb;
+                s = cells.out;
                 continue;
             }
+            passed = s = cells.out;
         }
-        passed = tb;
         level = level < g->top ? level + 1 : level;
-        s = tb;
     }
     note_air(p, count, passed);
     *s_in_out = s;
