@@ -28,6 +28,46 @@ static inline void spread(i32 v, vd_wide_i16 out[2]) {
     out[1] = (vd_wide_i16)twice[1];
 }
 
+/* The texels (i, j), (i + 1, j) and below them of every lane, out of a window of four by four: so
+ * where the texture is magnified, and a block of pixels sees a few texels. False where that is not
+ * so; pairs of loads for every lane cost about three times as much. */
+static inline bool read_window(const vd_lens_view *view, mask here, i32 size, i32 i, i32 j,
+                               i32 upper[2], i32 lower[2]) {
+    if (LANES < 8) {
+        return false;
+    }
+    const int only = size[0], width = view->texture_width[only];
+    const int height = view->texture_height[only];
+    /* One texel of border: −1 … width and −1 … height may be read. */
+    int i0 = i[0] < width - 2 ? i[0] - 1 : width - 3,
+        j0 = j[0] < height - 2 ? j[0] - 1 : height - 3;
+    i0 = i0 < -1 ? -1 : i0, j0 = j0 < -1 ? -1 : j0;
+    const i32 x = i - i0, y = j - j0, none = vd_wide_splat_i32(-1), end = vd_wide_splat_i32(3);
+    const mask inside = vd_wide_less_i32(none, x) & vd_wide_less_i32(x, end) &
+                        vd_wide_less_i32(none, y) & vd_wide_less_i32(y, end) &
+                        vd_wide_equal_i32(size, vd_wide_splat_i32(only));
+    if (width < 3 || height < 3 || vd_wide_bits(here & vd_wide_not(inside)) != 0) {
+        return false;
+    }
+    const int32_t stride = view->texture_stride[only];
+    const uint32_t *from = view->texels + view->texture_offset[only] + (ptrdiff_t)j0 * stride + i0;
+    int32_t window[16] __attribute__((aligned(64)));
+    for (int row = 0; row < 4; row++) {
+        memcpy(window + 4 * row, from + row * stride, 4 * sizeof *window);
+    }
+    i32 at[2], second = vd_wide_splat_i32(0);
+    for (int lane = 1; lane < LANES; lane += 2) {
+        second[lane] = 1;
+    }
+    vd_wide_double((y * 4 + x) & 15, at);
+    for (int half = 0; half < 2; half++) {
+        const i32 index = at[half] + second;
+        upper[half] = vd_wide_lookup_i32(window, index & 15);
+        lower[half] = vd_wide_lookup_i32(window, (index + 4) & 15);
+    }
+    return true;
+}
+
 /* The textures at sample positions; lanes that are not `here` read the first texel. */
 static inline void read_textures(const vd_lens_view *view, mask here, f32 u, f32 v, f32 t,
                                  vd_wide_i16 out[2]) {
@@ -50,13 +90,15 @@ static inline void read_textures(const vd_lens_view *view, mask here, f32 u, f32
         wu = vd_wide_to_i32((inside_x - left) * 128.0f);
         wv = vd_wide_to_i32((inside_y - top) * 128.0f);
     }
-    const i32 stride = vd_wide_lookup_i32(view->texture_stride, size);
-    i32 index = vd_wide_lookup_i32(view->texture_offset, size) + j * stride + i;
-    index = select_i32(here, index, izero);
-    const i32 below = select_i32(here, index + stride, izero);
     i32 upper[2], lower[2];
-    vd_wide_load_pairs(view->texels, index, upper);
-    vd_wide_load_pairs(view->texels, below, lower);
+    if (!read_window(view, here, size, i, j, upper, lower)) {
+        const i32 stride = vd_wide_lookup_i32(view->texture_stride, size);
+        i32 index = vd_wide_lookup_i32(view->texture_offset, size) + j * stride + i;
+        index = select_i32(here, index, izero);
+        const i32 below = select_i32(here, index + stride, izero);
+        vd_wide_load_pairs(view->texels, index, upper);
+        vd_wide_load_pairs(view->texels, below, lower);
+    }
     vd_wide_i16 across[2], along[2];
     spread((127 - wu) | wu << 8, across);
     spread(wv << 8, along);
