@@ -1,6 +1,12 @@
 /* lens_near.inl: beams of pixels near the ground; a part of lens_march.inl. */
 #include "terrain/lens_beams.inl"
 
+/* For the proof in test_lens_proof.c: no ray of `count` packets that still looks meets anything
+ * between from and to. */
+#ifndef VD_LENS_PASSED
+#define VD_LENS_PASSED(packets, count, from, to)
+#endif
+
 /* ---- near the ground -------------------------------------------------------------------------
  * The beam of a square or a block, in the cells of a slab's ground. While it is narrower than two
  * cells its rays go through the same few cells: cells are taken three by three, and all rays tested
@@ -316,6 +322,7 @@ static inline bool walk_near(const vd_lens_slab *slab, const tile_beams *beam, i
                 level--;
                 continue;
             }
+            VD_LENS_PASSED(p, count, s, out);
             passed = s = out;
         } else {
             group cells = {(int)column,          (int)row, s, 0.0f, find_passage(&u, column),
@@ -337,6 +344,7 @@ static inline bool walk_near(const vd_lens_slab *slab, const tile_beams *beam, i
                 s = cells.out;
                 continue;
             }
+            VD_LENS_PASSED(p, count, s, cells.out);
             passed = s = cells.out;
         }
         level = level < g->top ? level + 1 : level;
