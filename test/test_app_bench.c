@@ -64,11 +64,12 @@ static void json_has_the_fields(void **state) {
 static void the_pictures_are_pinned(void **state) {
     (void)state;
     static const char *const maps[][2] = {{"mont-blanc", MONT_BLANC_HASH},
+                                          {"mirrored", "d3647e1a7ee4f7e5"},
                                           {"noise", "896745c4004e2cfb"}};
     const char *levels = vd_isa_best() == VD_ISA_V4   ? "v2,v3,v4"
                          : vd_isa_best() == VD_ISA_V3 ? "v2,v3"
                                                       : "v2";
-    for (size_t i = 0; i < 2; i++) {
+    for (size_t i = 0; i < sizeof maps / sizeof maps[0]; i++) {
         char arguments[128], hash[64];
         snprintf(arguments, sizeof arguments,
                  "classic-growth --map %s --threads 2 --isa %s --repeat 1 --json - 2>/dev/null",
@@ -99,11 +100,21 @@ static void table_list_and_groups(void **state) {
     assert_non_null(strstr(output, "startup"));
     assert_non_null(strstr(output, "median ms"));
     assert_int_equal(bench("--list"), 0);
-    static const char *const names[] = {
-        "classic-default", "classic-high", "classic-growth", "classic-default-1080p",
-        "shadow",          "memory",       "function",       "false-sharing",
-        "classic-16384",   "cold",         "sweep-distance", "sweep-shadow-q",
-        "\n  terrain",     "\n  sweeps"};
+    static const char *const names[] = {"classic-default",
+                                        "classic-high",
+                                        "classic-growth",
+                                        "classic-default-1080p",
+                                        "shadow",
+                                        "memory",
+                                        "function",
+                                        "false-sharing",
+                                        "classic-16384",
+                                        "cold",
+                                        "sweep-distance",
+                                        "sweep-shadow-q",
+                                        "\n  terrain",
+                                        "\n  sweeps",
+                                        "classic-high-2160p-bilinear"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         if (strstr(output, names[i]) == NULL) {
             fail_msg("--list does not name %s", names[i]);
