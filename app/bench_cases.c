@@ -163,8 +163,10 @@ const bench_case *bench_case_at(int index) {
          .rows = 1080},
         {"startup", "starting the program until it ends, with --version",
          .function = bench_startup},
-        {"cold", ".hgt of 1201x1201 to a 1080p PNG in a new process; CPU time", bench_cold, 1920,
-         1080, .target_fps = 4},
+        {"cold",
+         ".hgt of 1201x1201, GeoTIFF of 2048x2048 floats, to a 1080p PNG in a new process; "
+         "CPU time",
+         bench_cold, 1920, 1080, .target_fps = 4},
     };
     return index >= 0 && index < (int)(sizeof cases / sizeof cases[0]) ? &cases[index] : NULL;
 }

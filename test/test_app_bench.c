@@ -130,6 +130,15 @@ static void table_list_and_groups(void **state) {
     assert_non_null(strstr(output, "--plot"));
 }
 
+/* The files of a cold start are made by the bench itself; the GeoTIFF needs veduta-io. */
+static void cold_makes_its_files(void **state) {
+    (void)state;
+    assert_int_equal(bench("cold --repeat 1 --threads 1 --json - 2>/dev/null"), 0);
+    assert_int_equal(count("\"method\": \"hgt\""), 1);
+    assert_true(count("\"method\": \"geotiff\"") <= 1);
+    assert_int_equal(count("\"case\": \"cold\""), 1 + count("\"method\": \"geotiff\""));
+}
+
 /* A sweep gives a row for every point and a picture that is an SVG. */
 static void sweeps_are_plotted(void **state) {
     (void)state;
@@ -206,10 +215,10 @@ static void bad_use_is_told(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(json_has_the_fields), cmocka_unit_test(the_pictures_are_pinned),
-        cmocka_unit_test(a_file_is_a_map),     cmocka_unit_test(table_list_and_groups),
-        cmocka_unit_test(sweeps_are_plotted),  cmocka_unit_test(no_gnuplot_is_told),
-        cmocka_unit_test(bad_use_is_told),
+        cmocka_unit_test(json_has_the_fields),  cmocka_unit_test(the_pictures_are_pinned),
+        cmocka_unit_test(a_file_is_a_map),      cmocka_unit_test(table_list_and_groups),
+        cmocka_unit_test(cold_makes_its_files), cmocka_unit_test(sweeps_are_plotted),
+        cmocka_unit_test(no_gnuplot_is_told),   cmocka_unit_test(bad_use_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
