@@ -30,7 +30,8 @@ enum {
 #define MOST_CASES 128
 
 static bool is_map_name(const char *text) {
-    return strcmp(text, "mont-blanc") == 0 || strcmp(text, "noise") == 0;
+    return strcmp(text, "mont-blanc") == 0 || strcmp(text, "mirrored") == 0 ||
+           strcmp(text, "noise") == 0;
 }
 
 static const vd_option table[] = {
@@ -70,8 +71,8 @@ static const vd_option table[] = {
      .argument = "NAME|FILE",
      .fallback = "mont-blanc",
      .is_name = is_map_name,
-     .help = "the map under classic, shadow and lens cases: mont-blanc, noise or a picture of "
-             "heights"},
+     .help = "the map under classic, shadow and lens cases: mont-blanc, mirrored (512x512 of it "
+             "four times), noise or a picture of heights"},
     {.key = "quick",
      .group = "Options",
      .type = VD_OPTION_SWITCH,
@@ -196,13 +197,13 @@ double bench_target_fps(const bench_case *self, vd_isa isa, int threads) {
 static void print_cases(FILE *out) {
     const bench_case *found;
     for (int i = 0; (found = bench_case_at(i)) != NULL; i++) {
-        fprintf(out, "  %-21s %s\n", found->name, found->help);
+        fprintf(out, "  %-30s %s\n", found->name, found->help);
     }
     fprintf(out, "\nGroups\n");
     const bench_group *group;
     for (int i = 0; (group = bench_group_at(i)) != NULL; i++) {
-        fprintf(out, "  %-21s %s:\n", group->name, group->help);
-        fprintf(out, "  %-21s   %s\n", "", group->members);
+        fprintf(out, "  %-30s %s:\n", group->name, group->help);
+        fprintf(out, "  %-30s   %s\n", "", group->members);
     }
 }
 

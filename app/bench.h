@@ -48,7 +48,7 @@ typedef struct bench_run {
     int least_runs;
     bool quick;      /* small sizes only: to try the bench itself */
     bool quiet;      /* no progress on standard error */
-    const char *map; /* "mont-blanc", "noise" or a picture file of heights */
+    const char *map; /* "mont-blanc", "mirrored", "noise" or a picture file of heights */
     bench_result results[BENCH_MAX_RESULTS];
     int result_count;
 } bench_run;
@@ -94,6 +94,7 @@ struct bench_case {
     int width, rows;                  /* of the picture */
     double eye, growth;               /* classic: height of the eye, growth of the steps */
     unsigned methods;                 /* classic: bit 1 << method of those beside `reference` */
+    bool bilinear;                    /* classic: heights and colours between the samples */
     int map_side;                     /* 0: as it comes */
     const bench_camera *camera;       /* lens */
     const bench_sweep *sweep;         /* null: not a sweep */

@@ -80,6 +80,14 @@ const bench_case *bench_case_at(int index) {
          .methods = MARCH, .target_fps = 900},
         {"classic-high-1080p", "from above everything, 1920x1080", bench_classic, 1920, 1080, 200,
          .methods = MARCH, .target_fps = 230},
+        {"classic-default-1080p-bilinear", "the published scene between samples, 1920x1080",
+         bench_classic, 1920, 1080, 78, .methods = MARCH, .bilinear = true, .target_fps = 300},
+        {"classic-high-1080p-bilinear", "from above everything, between samples, 1920x1080",
+         bench_classic, 1920, 1080, 200, .methods = MARCH, .bilinear = true, .target_fps = 100},
+        {"classic-default-2160p-bilinear", "the published scene between samples, 3840x2160",
+         bench_classic, 3840, 2160, 78, .methods = MARCH, .bilinear = true, .target_fps = 120},
+        {"classic-high-2160p-bilinear", "from above everything, between samples, 3840x2160",
+         bench_classic, 3840, 2160, 200, .methods = MARCH, .bilinear = true, .target_fps = 45},
         {"classic-growth", "the schedule of 1992: distance 800, growth 0.005", bench_classic, 700,
          512, 78, .growth = 0.005, .methods = ALL, .published = original, .target_fps = 4000},
         {"classic-16384", "the published scene over a map of 16384x16384", bench_classic, 700, 512,
@@ -155,8 +163,10 @@ const bench_case *bench_case_at(int index) {
          .rows = 1080},
         {"startup", "starting the program until it ends, with --version",
          .function = bench_startup},
-        {"cold", ".hgt of 1201x1201 to a 1080p PNG in a new process; CPU time", bench_cold, 1920,
-         1080, .target_fps = 4},
+        {"cold",
+         ".hgt of 1201x1201, GeoTIFF of 2048x2048 floats, to a 1080p PNG in a new process; "
+         "CPU time",
+         bench_cold, 1920, 1080, .target_fps = 4},
     };
     return index >= 0 && index < (int)(sizeof cases / sizeof cases[0]) ? &cases[index] : NULL;
 }
@@ -164,7 +174,11 @@ const bench_case *bench_case_at(int index) {
 const bench_group *bench_group_at(int index) {
     static const bench_group groups[] = {
         {"classic", "classic pictures of the bench's map",
-         "classic-default classic-high classic-default-1080p classic-high-1080p classic-growth"},
+         "classic-default classic-high classic-default-1080p classic-high-1080p "
+         "classic-bilinear classic-growth"},
+        {"classic-bilinear", "classic pictures with heights and colours between the samples",
+         "classic-default-1080p-bilinear classic-high-1080p-bilinear "
+         "classic-default-2160p-bilinear classic-high-2160p-bilinear"},
         {"lens-views", "Mont Blanc by a lens, three cameras, two sizes",
          "lens-valley-1080p lens-summit-1080p lens-down-1080p lens-valley-2160p "
          "lens-summit-2160p lens-down-2160p"},

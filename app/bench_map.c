@@ -2,7 +2,8 @@
  *
  * Two pictures of Mont Blanc are part of the program, so that it measures the same terrain wherever
  * it is installed: data/bench/mont-blanc-1024.png, 1024² heights 0 … 118 that wrap without a seam,
- * and data/mont-blanc.png, metres, for the lens. --map noise is made from integer noise alone.
+ * and data/mont-blanc.png, metres, for the lens. --map mirrored is made from the second, 512² of it
+ * four times; --map noise from integer noise alone.
  */
 #include "bench.h"
 
@@ -18,7 +19,7 @@
 EMBED(bench_mont_blanc_1024, VEDUTA_DATA_DIR "/bench/mont-blanc-1024.png");
 EMBED(bench_mont_blanc, VEDUTA_DATA_DIR "/mont-blanc.png");
 
-enum { NOISE_SIDE = 1024, OCTAVES = 7, COARSEST = 256, HIGHEST = 118 };
+enum { NOISE_SIDE = 1024, OCTAVES = 7, COARSEST = 256, HIGHEST = 118, PIECE_SIDE = 512 };
 
 /* A map before it has a type and a size: one block, heights then colours. */
 typedef struct base_map {
@@ -106,13 +107,46 @@ static vd_status make_noise(vd_context *context, base_map *base) {
 
 /* ---- a picture of heights ---------------------------------------------------------------------*/
 
+/* Decodes one of the program's own pictures. */
+static vd_status decode_own(vd_context *context, const uint8_t *from, const uint8_t *end,
+                            vd_picture **out) {
+    return vd_picture_decode(context, from, (size_t)(end - from), "the bench's map", out);
+}
+
+/* The middle 512² of data/mont-blanc.png, which is 16-bit grey, and its mirror images, so that it
+ * wraps without a seam; the heights as 0 … 118. */
+static vd_status make_mirrored(vd_context *context, base_map *base) {
+    vd_picture *picture = NULL;
+    vd_status status = decode_own(context, bench_mont_blanc, bench_mont_blanc_end, &picture);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    status = base_init(context, base, 2 * PIECE_SIDE, 2 * PIECE_SIDE);
+    int lowest = UINT16_MAX, highest = 0;
+    for (int i = 0; i < base->width * base->height && status.code == VD_OK; i++) {
+        int x = i % base->width, y = i / base->width;
+        x = (picture->width - PIECE_SIDE) / 2 + (x < PIECE_SIDE ? x : 2 * PIECE_SIDE - 1 - x);
+        y = (picture->height - PIECE_SIDE) / 2 + (y < PIECE_SIDE ? y : 2 * PIECE_SIDE - 1 - y);
+        const uint8_t *row = (const uint8_t *)picture->data + (size_t)y * picture->stride_bytes;
+        int metres = ((const uint16_t *)(const void *)row)[x];
+        base->heights[i] = (uint16_t)metres;
+        lowest = metres < lowest ? metres : lowest;
+        highest = metres > highest ? metres : highest;
+    }
+    for (int i = 0; i < base->width * base->height && status.code == VD_OK; i++) {
+        int range = highest - lowest;
+        base->heights[i] =
+            (uint16_t)(((base->heights[i] - lowest) * 2 * HIGHEST + range) / (2 * range));
+    }
+    vd_picture_destroy(&picture);
+    return status;
+}
+
 static vd_status read_heights(vd_context *context, const char *map, base_map *base) {
     vd_picture *picture = NULL;
     vd_status status =
         strcmp(map, "mont-blanc") == 0
-            ? vd_picture_decode(context, bench_mont_blanc_1024,
-                                (size_t)(bench_mont_blanc_1024_end - bench_mont_blanc_1024),
-                                "the bench's map", &picture)
+            ? decode_own(context, bench_mont_blanc_1024, bench_mont_blanc_1024_end, &picture)
             : vd_picture_load(context, map, &picture);
     if (status.code != VD_OK) {
         return status;
@@ -218,8 +252,9 @@ vd_status bench_map_create(vd_context *context, const char *map, bench_map_kind 
         return create_metres(context, out);
     }
     base_map base;
-    vd_status status =
-        strcmp(map, "noise") == 0 ? make_noise(context, &base) : read_heights(context, map, &base);
+    vd_status status = strcmp(map, "noise") == 0      ? make_noise(context, &base)
+                       : strcmp(map, "mirrored") == 0 ? make_mirrored(context, &base)
+                                                      : read_heights(context, map, &base);
     if (status.code != VD_OK) {
         return status;
     }

@@ -1,9 +1,11 @@
 /* bench_program.c: what concerns the program and its files: PNG, starting, a cold picture. */
 #include "bench.h"
+#include "geo_module.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <spawn.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -129,34 +131,115 @@ vd_status bench_startup(bench_run *run, const bench_case *self) {
 
 /* ---- cold -------------------------------------------------------------------------------------*/
 
-enum { HGT_SIDE = 1201, HGT_METRES = 37 /* of one step of height: 118 of them are Mont Blanc */ };
+enum {
+    HGT_SIDE = 1201,
+    TIFF_SIDE = 2048,
+    STEP_METRES = 37, /* of one step of height: 118 of them are Mont Blanc */
+    CELL_METRES = 93, /* of the bench's map */
+    UTM_ZONE_32N = 32632
+};
 
 typedef struct cold {
-    char hgt[96], png[96], size[24], threads[16];
+    char input[96], png[96], size[24], threads[16];
 } cold;
 
-/* Writes the bench's map as an .hgt tile: 1201² big-endian metres, 3″ a sample. */
-static vd_status write_hgt(const bench_run *run, const char *path) {
+/* Little-endian, as the file says; so is every processor that this runs on. */
+typedef struct tiff_entry {
+    uint16_t tag, type;
+    uint32_t count, value; /* or the offset of the values */
+} tiff_entry;
+
+/* What stands before the heights of a GeoTIFF as GDAL writes it: one row a strip, no compression.
+ */
+typedef struct tiff_head {
+    uint8_t order[2];
+    uint16_t magic;
+    uint32_t first;
+    uint16_t padding[2]; /* so that numbers stand where their sizes want them */
+    double scale[3], tie[6];
+    uint16_t keys[4 * 4];
+    uint32_t offsets[TIFF_SIDE], counts[TIFF_SIDE];
+    uint16_t more_padding, entry_count;
+    tiff_entry entries[13];
+    uint32_t next;
+} tiff_head;
+
+static void fill_tiff_head(tiff_head *head) {
+    enum { SHORT = 3, LONG = 4, DOUBLE = 12 };
+    memset(head, 0, sizeof *head);
+    memcpy(head->order, "II", 2);
+    head->magic = 42;
+    head->first = offsetof(tiff_head, entry_count);
+    head->scale[0] = head->scale[1] = CELL_METRES;
+    head->tie[3] = 310350; /* east and north of the upper left corner */
+    head->tie[4] = 5095575;
+    /* GeoTIFF keys: version 1.1.0; projected, samples are areas, the CRS. */
+    const uint16_t keys[16] = {1,    1, 0, 3, 1024, 0, 1, 1, /* */
+                               1025, 0, 1, 1, 3072, 0, 1, UTM_ZONE_32N};
+    memcpy(head->keys, keys, sizeof keys);
+    for (int row = 0; row < TIFF_SIDE; row++) {
+        head->counts[row] = TIFF_SIDE * sizeof(float);
+        head->offsets[row] = (uint32_t)(sizeof *head + (size_t)row * TIFF_SIDE * sizeof(float));
+    }
+    const tiff_entry entries[13] = {
+        {256, LONG, 1, TIFF_SIDE},                            /* width */
+        {257, LONG, 1, TIFF_SIDE},                            /* height */
+        {258, SHORT, 1, 32},                                  /* bits a sample */
+        {259, SHORT, 1, 1},                                   /* no compression */
+        {262, SHORT, 1, 1},                                   /* black is 0 */
+        {273, LONG, TIFF_SIDE, offsetof(tiff_head, offsets)}, /* of the strips */
+        {277, SHORT, 1, 1},                                   /* samples a pixel */
+        {278, LONG, 1, 1},                                    /* rows a strip */
+        {279, LONG, TIFF_SIDE, offsetof(tiff_head, counts)},  /* bytes of the strips */
+        {339, SHORT, 1, 3},                                   /* float */
+        {33550, DOUBLE, 3, offsetof(tiff_head, scale)},       /* of a pixel */
+        {33922, DOUBLE, 6, offsetof(tiff_head, tie)},         /* pixel to place */
+        {34735, SHORT, 16, offsetof(tiff_head, keys)},
+    };
+    memcpy(head->entries, entries, sizeof entries);
+    head->entry_count = 13;
+}
+
+/* Writes one row of the map in metres: big-endian 16 bits, or floats. */
+static bool write_row(FILE *file, const vd_heightfield *map, int row, bool tiff) {
+    union {
+        uint8_t bytes[2 * HGT_SIDE];
+        float metres[TIFF_SIDE];
+    } out;
+    for (int i = 0; i < map->width; i++) {
+        float metres = vd_heightfield_at(map, i, row) * STEP_METRES;
+        if (tiff) {
+            out.metres[i] = metres;
+        } else {
+            out.bytes[2 * i] = (uint8_t)((int)metres >> 8);
+            out.bytes[2 * i + 1] = (uint8_t)(int)metres;
+        }
+    }
+    size_t count = (size_t)map->width * (tiff ? sizeof(float) : 2);
+    return fwrite(&out, 1, count, file) == count;
+}
+
+/* Writes the bench's map, an .hgt tile of 1201², 3″ a sample, or a GeoTIFF of 2048² floats. */
+static vd_status write_cold_map(const bench_run *run, const char *path, bool tiff) {
     vd_context *context = NULL;
     vd_heightfield *map = NULL;
-    uint8_t *bytes = NULL;
+    int side = tiff ? TIFF_SIDE : HGT_SIDE;
     vd_status status = vd_context_create(NULL, &context);
-    if (status.code == VD_OK) {
-        status = bench_map_create(context, run->map, BENCH_MAP_CLASSIC, HGT_SIDE, HGT_SIDE, &map);
+    if (status.code != VD_OK) {
+        return status;
     }
-    if (status.code == VD_OK) {
-        bytes = vd_allocate(context, (size_t)HGT_SIDE * HGT_SIDE, 2);
-        status = bytes != NULL ? status : vd_failure(VD_ERROR_MEMORY, "out of memory for the tile");
-    }
-    for (int i = 0; status.code == VD_OK && i < HGT_SIDE * HGT_SIDE; i++) {
-        int metres = (int)vd_heightfield_at(map, i % HGT_SIDE, i / HGT_SIDE) * HGT_METRES;
-        bytes[2 * i] = (uint8_t)(metres >> 8);
-        bytes[2 * i + 1] = (uint8_t)metres;
-    }
+    status = bench_map_create(context, run->map, BENCH_MAP_CLASSIC, side, side, &map);
     if (status.code == VD_OK) {
         FILE *file = fopen(path, "wb");
-        size_t count = (size_t)HGT_SIDE * HGT_SIDE * 2;
-        bool written = file != NULL && fwrite(bytes, 1, count, file) == count;
+        bool written = file != NULL;
+        if (written && tiff) {
+            tiff_head head;
+            fill_tiff_head(&head);
+            written = fwrite(&head, sizeof head, 1, file) == 1;
+        }
+        for (int row = 0; row < side && written; row++) {
+            written = write_row(file, map, row, tiff);
+        }
         if (file != NULL && fclose(file) != 0) {
             written = false;
         }
@@ -164,10 +247,7 @@ static vd_status write_hgt(const bench_run *run, const char *path) {
             status = vd_failure(VD_ERROR_IO, "cannot write %s: %s", path, strerror(errno));
         }
     }
-    vd_release(context, bytes);
-    if (context != NULL) {
-        vd_heightfield_destroy(context, &map);
-    }
+    vd_heightfield_destroy(context, &map);
     vd_context_destroy(&context);
     return status;
 }
@@ -176,25 +256,22 @@ static vd_status render_cold(void *user) {
     cold *c = user;
     char render[] = "render", output[] = "-o", size[] = "--size", threads[] = "--threads",
          quiet[] = "--quiet";
-    char *options[] = {render,  c->hgt,  output,     c->png, size,
-                       c->size, threads, c->threads, quiet,  NULL};
+    char *options[] = {render,  c->input, output,     c->png, size,
+                       c->size, threads,  c->threads, quiet,  NULL};
     return run_self(options);
 }
 
-vd_status bench_cold(bench_run *run, const bench_case *self) {
-    char folder[48];
-    vd_status status = make_folder(self, folder);
-    if (status.code != VD_OK) {
-        return status;
-    }
+/* One file in, by every number of threads. */
+static vd_status measure_cold(bench_run *run, const bench_case *self, const char *folder,
+                              bool tiff) {
     cold c;
-    snprintf(c.hgt, sizeof c.hgt, "%s/N45E006.hgt", folder);
+    snprintf(c.input, sizeof c.input, "%s/%s", folder, tiff ? "heights.tif" : "N45E006.hgt");
     snprintf(c.png, sizeof c.png, "%s/frame.png", folder);
     snprintf(c.size, sizeof c.size, "%dx%d", self->width, self->rows);
-    status = write_hgt(run, c.hgt);
+    vd_status status = write_cold_map(run, c.input, tiff);
     for (int t = 0; t < run->thread_count && status.code == VD_OK; t++) {
         snprintf(c.threads, sizeof c.threads, "%d", run->threads[t]);
-        bench_result result = bench_result_of(self, "render");
+        bench_result result = bench_result_of(self, tiff ? "geotiff" : "hgt");
         result.threads = run->threads[t];
         result.isa = vd_isa_best();
         result.width = self->width;
@@ -206,8 +283,22 @@ vd_status bench_cold(bench_run *run, const bench_case *self) {
             status = bench_add(run, &result);
         }
     }
-    unlink(c.hgt);
+    unlink(c.input);
     unlink(c.png);
+    return status;
+}
+
+vd_status bench_cold(bench_run *run, const bench_case *self) {
+    char folder[48];
+    vd_status status = make_folder(self, folder);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    status = measure_cold(run, self, folder, false);
+    vd_geo_module geo;
+    if (status.code == VD_OK && vd_geo_module_open("read GeoTIFF", &geo).code == VD_OK) {
+        status = measure_cold(run, self, folder, true);
+    }
     rmdir(folder);
     return status;
 }

@@ -71,7 +71,17 @@ static cell ratio_to_reference(const bench_run *run, const bench_result *r) {
     return made;
 }
 
-static void print_row(const bench_run *run, const bench_result *r, FILE *out) {
+/* Characters of the longest name of a case, at least `least`. */
+static int widest_name(const bench_run *run, int least) {
+    int widest = least;
+    for (int i = 0; i < run->result_count; i++) {
+        int length = (int)strlen(run->results[i].of->name);
+        widest = length > widest ? length : widest;
+    }
+    return widest;
+}
+
+static void print_row(const bench_run *run, const bench_result *r, int name_width, FILE *out) {
     char at[16] = "", threads[16] = "", picture[24] = "";
     if (!isnan(r->at)) {
         snprintf(at, sizeof at, "%.0f", r->at);
@@ -83,7 +93,7 @@ static void print_row(const bench_run *run, const bench_result *r, FILE *out) {
         snprintf(picture, sizeof picture, "%016" PRIx64, r->hash);
     }
     double fps = r->median_ms > 0 ? 1e3 / r->median_ms : 0;
-    fprintf(out, "%-21s %7s %-15s %7s %-4s %10s %10s %10s %9s %8s %7s %8s  %-16s%s%s\n",
+    fprintf(out, "%-*s %7s %-15s %7s %-4s %10s %10s %10s %9s %8s %7s %8s  %-16s%s%s\n", name_width,
             r->of->name, at, r->method, threads, r->published ? "" : vd_isa_name(r->isa),
             make_cell(r->median_ms, 3).text, make_cell(r->p99_ms, 3).text,
             make_cell(r->min_ms, 3).text, make_cell(fps, fps < 100 ? 2 : 0).text,
@@ -93,11 +103,12 @@ static void print_row(const bench_run *run, const bench_result *r, FILE *out) {
 }
 
 void bench_print_table(const bench_run *run, FILE *out) {
-    fprintf(out, "%-21s %7s %-15s %7s %-4s %10s %10s %10s %9s %8s %7s %8s  %-16s\n", "case", "at",
-            "method", "threads", "isa", "median ms", "p99 ms", "min ms", "fps", "speed", "target",
-            "peak MB", "picture");
+    int name_width = widest_name(run, 21);
+    fprintf(out, "%-*s %7s %-15s %7s %-4s %10s %10s %10s %9s %8s %7s %8s  %-16s\n", name_width,
+            "case", "at", "method", "threads", "isa", "median ms", "p99 ms", "min ms", "fps",
+            "speed", "target", "peak MB", "picture");
     for (int i = 0; i < run->result_count; i++) {
-        print_row(run, &run->results[i], out);
+        print_row(run, &run->results[i], name_width, out);
     }
     fprintf(out, "fps: 1000 / median ms; target: the fps to reach with two threads; speed: against "
                  "the line of the case that says 1.00x, at the same SIMD level\n");

@@ -112,6 +112,7 @@ static vd_status measure_raycast(bench_run *run, const bench_case *self, vd_isa 
 
 static void set_classic_view(const bench_case *self, vd_classic_def *def) {
     def->height = self->eye;
+    def->filter = self->bilinear ? VD_FILTER_LINEAR : VD_FILTER_NEAREST;
     if (self->growth > 0) {
         def->step = 1;
         def->growth = self->growth;

@@ -36,6 +36,15 @@ typedef struct framing {
     double box[2][2];                 /* min and max of X and Y */
 } framing;
 
+/* Of finite numbers; fmax and fmin are calls. */
+static inline double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+static inline double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
 static void frame_point(framing *f, double column, double row, double height) {
     const double *w = f->terrain->world_from_sample;
     vd_vec3 p = {w[0] + column * w[1] + row * w[2], w[3] + column * w[4] + row * w[5],
@@ -46,19 +55,19 @@ static void frame_point(framing *f, double column, double row, double height) {
     }
     double x = vd_vec3_dot(f->x_axis, p), y = vd_vec3_dot(f->y_axis, p),
            z = vd_vec3_dot(f->z_axis, p);
-    f->left = fmax(f->left, x - f->side * z);
-    f->right = fmin(f->right, x + f->side * z);
-    f->lower = fmax(f->lower, y - f->bottom * z);
-    f->upper = fmin(f->upper, y + f->top * z);
-    f->box[0][0] = fmin(f->box[0][0], x);
-    f->box[0][1] = fmax(f->box[0][1], x);
-    f->box[1][0] = fmin(f->box[1][0], y);
-    f->box[1][1] = fmax(f->box[1][1], y);
+    f->left = larger(f->left, x - f->side * z);
+    f->right = smaller(f->right, x + f->side * z);
+    f->lower = larger(f->lower, y - f->bottom * z);
+    f->upper = smaller(f->upper, y + f->top * z);
+    f->box[0][0] = smaller(f->box[0][0], x);
+    f->box[0][1] = larger(f->box[0][1], x);
+    f->box[1][0] = smaller(f->box[1][0], y);
+    f->box[1][1] = larger(f->box[1][1], y);
     vd_vec3 t = f->target;
     double tx = x - vd_vec3_dot(f->x_axis, t), ty = y - vd_vec3_dot(f->y_axis, t),
            tz = z - vd_vec3_dot(f->z_axis, t);
-    f->reach = fmax(f->reach, fabs(tx) / f->side - tz);
-    f->reach = fmax(f->reach, (ty > 0.0 ? ty / f->bottom : -ty / f->top) - tz);
+    f->reach = larger(f->reach, fabs(tx) / f->side - tz);
+    f->reach = larger(f->reach, (ty > 0.0 ? ty / f->bottom : -ty / f->top) - tz);
 }
 
 /* Passes over the terrain: the corners of every block of a coarse level with their own heights, and

@@ -137,8 +137,10 @@ static void shift_equals_the_reference(void **state) {
 static void bands_join_without_a_seam(void **state) {
     (void)state;
     static uint8_t heights[70 * 1500], whole[70 * 1500], banded[70 * 1500];
+    static _Alignas(64) uint8_t lent[400000];
     vd_context *context = test_context(2, VD_ISA_AUTO);
     uint64_t random = 9;
+    int taken = 0;
     for (int round = 0; round < rounds(60); round++) {
         random_heights(&random, VD_HEIGHT_U8, 70 * 1500, 70, heights);
         vd_heightfield *map = make_map(context, VD_HEIGHT_U8, 70, 1500, heights, round % 2 == 0);
@@ -150,8 +152,21 @@ static void bands_join_without_a_seam(void **state) {
         plan.slab_bytes = 1;
         assert_ok(vd_shadow_count_shift(context, NULL, map, &plan, banded, 70));
         assert_memory_equal(banded, whole, sizeof whole);
+        /* In memory that is lent, as much as there is; what is behind it stays as it is. */
+        plan.slab_bytes = 1 << 20;
+        plan.scratch = lent;
+        plan.scratch_bytes = (size_t)(test_random(&random) % (sizeof lent - 64));
+        memset(lent, 0xA5, sizeof lent);
+        memset(banded, 0xFF, sizeof banded);
+        assert_ok(vd_shadow_count_shift(context, NULL, map, &plan, banded, 70));
+        assert_memory_equal(banded, whole, sizeof whole);
+        for (size_t i = plan.scratch_bytes; i < sizeof lent; i++) {
+            assert_int_equal(lent[i], 0xA5);
+        }
+        taken += lent[0] != 0xA5 || lent[200] != 0xA5;
         vd_heightfield_destroy(context, &map);
     }
+    assert_true(taken > 0);
     vd_context_destroy(&context);
 }
 
@@ -345,7 +360,7 @@ static void memory_may_end_and_jobs_be_cancelled(void **state) {
     const uint8_t heights[4] = {1, 200, 3, 4};
     uint8_t counts[4];
     vd_shadow_def def = vd_shadow_def_default();
-    for (int fail_at = 1; fail_at <= 3; fail_at++) {
+    for (int fail_at = 1; fail_at <= 2; fail_at++) {
         test_allocator allocator = {0, 0, 0};
         vd_context *context = test_failing_context(&allocator);
         vd_heightfield *map = make_map(context, VD_HEIGHT_U8, 2, 2, heights, true);
@@ -353,7 +368,7 @@ static void memory_may_end_and_jobs_be_cancelled(void **state) {
         allocator.calls = 0;
         allocator.fail_at = fail_at;
         const vd_status status = vd_shadow_count(context, NULL, map, &def, counts, 2);
-        assert_int_equal(status.code, fail_at < 3 ? VD_ERROR_MEMORY : VD_OK);
+        assert_int_equal(status.code, fail_at < 2 ? VD_ERROR_MEMORY : VD_OK);
         assert_int_equal(allocator.live, before);
         vd_heightfield_destroy(context, &map);
         vd_context_destroy(&context);

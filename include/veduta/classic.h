@@ -114,8 +114,9 @@ VD_API VD_MUST_USE vd_status vd_classic_render(vd_context *context, vd_job *job,
 
 /* Draws many pictures of one map by the method "march": what it derives from the map is kept from
  * picture to picture, as is its scratch memory. With the map's block it takes at most 2.2 times the
- * bytes of heights and colours for pictures of one filter (8-bit maps keep something for each); the
- * option mip adds, when a picture first wants it, about a third of that. */
+ * bytes of heights and colours, beside what grows with the picture; the option mip adds, when a
+ * picture first wants it, about a third of that. Of an 8-bit map something is kept for one filter
+ * at a time: where both take turns, a renderer for each is faster. */
 typedef struct vd_classic_renderer vd_classic_renderer;
 
 /* Creates a renderer; *out is owned by the caller. The map must wrap, have colours of its own size,

@@ -182,26 +182,27 @@ vd_height_rule vd_height_rule_of(vd_gdal_session *session, GDALRasterBandH band,
 }
 
 /* Turns stored values into metres in place, NaN where missing; returns how many were missing only
- * by guess. `mask` may be null. */
+ * by guess. `mask` may be null. Without branches, since files of 2048² samples are read cold. */
 static uint64_t apply_rule(const vd_height_rule *rule, double *values, const uint8_t *mask,
                            size_t count) {
+    const double first = rule->nodata_count > 0 ? rule->nodata[0] : NAN;
+    const double second = rule->nodata_count > 1 ? rule->nodata[1] : NAN;
+    const double fold = rule->signed_byte ? 127.0 : INFINITY;
+    const double scale = rule->scale, offset_m = rule->offset_m;
     uint64_t guessed = 0;
     for (size_t i = 0; i < count; i++) {
         double v = values[i];
-        if (rule->signed_byte && v > 127.0) {
-            v -= 256.0;
-        }
-        bool missing = isnan(v) || (mask != NULL && mask[i] == 0);
-        for (int k = 0; k < rule->nodata_count; k++) {
-            missing = missing || v == rule->nodata[k];
-        }
-        double height = v * rule->scale + rule->offset_m;
+        v = v > fold ? v - 256.0 : v;
+        const double height = v * scale + offset_m;
+        const int missing =
+            (v != v) | (v == first) | (v == second) | (mask != NULL && mask[i] == 0);
         /* Nothing on Earth is 1,000 km high: -3.4e38, 1e20 and their kin, declared or not. */
-        bool sentinel =
-            !(fabs(height) <= 1e6) ||
-            (rule->guess && (v == -9999.0 || v == -32768.0 || v == -32767.0 || v == -99999.0));
-        guessed += !missing && sentinel;
-        values[i] = missing || sentinel ? NAN : height;
+        int sentinel = !(fabs(height) <= 1e6);
+        if (rule->guess) {
+            sentinel |= (v == -9999.0) | (v == -32768.0) | (v == -32767.0) | (v == -99999.0);
+        }
+        guessed += (uint64_t)(sentinel & ~missing);
+        values[i] = missing | sentinel ? NAN : height;
     }
     return guessed;
 }
@@ -344,9 +345,11 @@ static vd_status reader_init(reader *r, const char *path, GDALRasterBandH sample
     }
     int block_width, block_height;
     GDALGetBlockSize(r->band, &block_width, &block_height);
-    /* Whole blocks of rows, as long as a block stays within 64 MiB. */
-    int64_t fit = ((int64_t)1 << 23) / r->width;
-    r->rows = (int)(block_height < fit ? fit - fit % block_height : fit);
+    /* Rows that the second cache holds, 1 MiB; whole blocks, as long as these stay within 64 MiB.
+     */
+    int64_t fit = ((int64_t)1 << 17) / r->width, most = ((int64_t)1 << 23) / r->width;
+    fit = fit > block_height ? fit - fit % block_height : block_height;
+    r->rows = (int)(fit < most ? fit : most);
     r->rows = r->rows < 1 ? 1 : (r->rows > r->height ? r->height : r->rows);
     size_t samples_held = (size_t)r->rows * (size_t)r->width;
     r->values = vd_allocate(context, samples_held, sizeof *r->values);
@@ -398,6 +401,8 @@ vd_status vd_geo_read_heights(vd_gdal_session *session, const char *path, GDALRa
             reader_finish(&r);
             return vd_gdal_failure(session, VD_ERROR_FORMAT, path, what, "get the file again");
         }
+        /* They are not read again: GDAL would keep a copy of the whole. */
+        GDALFlushRasterCache(r.band);
         r.guessed += apply_rule(rule, r.values, r.masks, (size_t)n * (size_t)r.width);
         for (int k = 0; k < n; k++) {
             put_row(&r, y + k, r.values + (size_t)k * (size_t)r.width);

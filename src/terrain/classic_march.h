@@ -41,9 +41,12 @@ typedef struct vd_march_map {
     float cell[VD_MARCH_LEVELS];        /* 2^l */
     float inverse[VD_MARCH_LEVELS];     /* 2^−l */
     void *heights;
-    vd_rgba8 *strips; /* of a map of bytes, once a picture is nearest: its colours, as heights */
-    uint16_t *pairs;  /* of a map of bytes, once a picture is linear; else null */
-    size_t bytes;     /* of heights, with the maxima of one pyramid */
+    /* Of a map of bytes, in the same memory: its colours as heights stand, while pictures are
+     * nearest, or the pairs, while they are linear. */
+    void *either;
+    vd_rgba8 *strips;
+    uint16_t *pairs;
+    size_t bytes;           /* of heights, with the maxima of one pyramid */
     const vd_rgba8 *colors; /* [height][color_stride]; alpha is anything */
     int color_stride;
     vd_rgba8 *repeated; /* the colours, where the map is repeated; else null */
@@ -60,8 +63,9 @@ VD_MUST_USE vd_status vd_march_map_init(vd_context *context, const vd_classic_le
                                         vd_height_type type, vd_march_map *out);
 
 /* Makes what pictures with the filter need beside that: of a map of bytes the pairs, or the strips
- * of colours. Either leaves the whole within 2.2 times heights and colours, which of larger heights
- * strips of colours would not (1920 × 1080 from above: 12 % faster). Returns VD_ERROR_MEMORY. */
+ * of colours, in the place of what the other filter needs. Either leaves the whole within 2.2 times
+ * heights and colours, which of larger heights strips of colours would not (1920 × 1080 from above:
+ * 12 % faster). Returns VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_march_map_prepare(vd_context *context, vd_march_map *map, bool linear);
 void vd_march_map_finish(vd_context *context, vd_march_map *map);
 

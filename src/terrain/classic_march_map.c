@@ -263,44 +263,41 @@ static void fill_pairs(vd_march_map *map) {
     top[0] = top[1] = (uint16_t)((uint16_t)map->highest | (uint16_t)map->highest << 8);
 }
 
-static vd_status add_pairs(vd_context *context, vd_march_map *map) {
-    const size_t count = lay_out_pairs(map);
-    map->pairs = vd_allocate(context, count, sizeof *map->pairs);
-    if (map->pairs == NULL) {
-        return vd_out_of_memory("the map in pairs", count * sizeof *map->pairs);
-    }
-    fill_pairs(map);
-    return vd_success();
-}
-
-static vd_status add_strips(vd_context *context, vd_march_map *map) {
-    const size_t count = strip_samples(map->width, map->height);
-    map->strips = vd_allocate_zero(context, count, sizeof *map->strips);
-    if (map->strips == NULL) {
-        return vd_out_of_memory("the map's colours in strips", count * sizeof *map->strips);
-    }
+static void fill_strips(vd_march_map *map) {
     for (int row = 0; row < map->height; row++) {
         const vd_rgba8 *in = map->colors + (size_t)row * (size_t)map->color_stride;
         for (int column = 0; column < map->width; column++) {
             map->strips[index_of(map, map->offset, 0, column, row)] = in[column];
         }
     }
-    return vd_success();
 }
 
 vd_status vd_march_map_prepare(vd_context *context, vd_march_map *map, bool linear) {
     if (map->height_type != VD_HEIGHT_U8 || (linear ? map->pairs != NULL : map->strips != NULL)) {
         return vd_success();
     }
-    return linear ? add_pairs(context, map) : add_strips(context, map);
+    if (map->either == NULL) {
+        const size_t strips = strip_samples(map->width, map->height) * sizeof *map->strips;
+        const size_t pairs = lay_out_pairs(map) * sizeof *map->pairs;
+        const size_t bytes = strips > pairs ? strips : pairs;
+        map->either = vd_allocate_zero(context, bytes, 1);
+        if (map->either == NULL) {
+            return vd_out_of_memory("the map's colours in strips", bytes);
+        }
+    }
+    map->pairs = linear ? map->either : NULL;
+    map->strips = linear ? NULL : map->either;
+    (linear ? fill_pairs : fill_strips)(map);
+    return vd_success();
 }
 
 void vd_march_map_finish(vd_context *context, vd_march_map *map) {
     vd_release(context, map->heights);
     vd_release(context, map->repeated);
-    vd_release(context, map->pairs);
-    vd_release(context, map->strips);
+    vd_release(context, map->either);
+    map->either = NULL;
     map->heights = NULL;
     map->pairs = NULL;
+    map->strips = NULL;
     map->repeated = NULL;
 }

@@ -2,6 +2,7 @@
 #include <string.h>
 #include "core/core.h"
 #include "terrain/lens_map_internal.h"
+#include "terrain/shadow_internal.h"
 
 #define BANDS 64         /* of rows, of a level or a texture */
 #define BAND_ROWS 8      /* and at least as many rows in one */
@@ -179,7 +180,6 @@ typedef struct lighting {
     const vd_terrain_def *def;
     const vd_lens_kernels *kernels;
     vd_lens_light light;
-    int size; /* of the texture being written */
     bands bands;
     /* Where texels lie between samples, by texel column. */
     int32_t *first;
@@ -369,9 +369,17 @@ static void light_rows(void *user, int index, int worker) {
     close_rows(t, vd_lens_texels(l->map, 0), first, end);
 }
 
+/* A half size in the making, where the light may have stood. */
+typedef struct halving {
+    const vd_lens_map *map;
+    const vd_lens_kernels *kernels;
+    int size;
+    bands bands;
+} halving;
+
 static void half_rows(void *user, int index, int worker) {
     (void)worker;
-    const lighting *l = user;
+    const halving *l = user;
     const vd_lens_texture *fine = &l->map->texture[l->size - 1], *coarse = fine + 1;
     const int first = index * l->bands.each, end = band_end(l->bands, index);
     for (int y = first; y < end; y++) {
@@ -388,18 +396,24 @@ static void half_rows(void *user, int index, int worker) {
     close_rows(coarse, vd_lens_texels(l->map, l->size), first, end);
 }
 
+/* The full size, and then the others, during which *l is no more. */
 static vd_status write_textures(lighting *l, vd_job *job) {
     vd_context *context = l->map->context;
     const vd_lens_texture *t = l->map->texture;
+    halving h = {.map = l->map, .kernels = l->kernels};
     vd_status status = vd_success();
     if (l->light.table_count > 0) {
         l->bands = cut(l->light.table_count);
         status = run(context, job, l->bands, SMALL + 1, fill_table, l);
     }
-    for (l->size = 0; status.code == VD_OK && l->size < l->map->textures; l->size++) {
-        l->bands = cut(t[l->size].height);
-        status = run(context, job, l->bands, (size_t)t[l->size].width * (size_t)t[l->size].height,
-                     l->size == 0 ? light_rows : half_rows, l);
+    if (status.code == VD_OK) {
+        l->bands = cut(t->height);
+        status = run(context, job, l->bands, (size_t)t->width * (size_t)t->height, light_rows, l);
+    }
+    for (h.size = 1; status.code == VD_OK && h.size < h.map->textures; h.size++) {
+        h.bands = cut(t[h.size].height);
+        status = run(context, job, h.bands, (size_t)t[h.size].width * (size_t)t[h.size].height,
+                     half_rows, &h);
     }
     return status;
 }
@@ -461,14 +475,35 @@ static uint8_t *half_sizes(const vd_lens_map *map, size_t *bytes) {
     return (uint8_t *)(vd_lens_texels(map, 1) - first->stride - 1);
 }
 
-/* Counts shadows. The counts are no longer needed when the half sizes are written, and mostly fit
- * in their place. */
+/* What lighting needs until the half sizes are written, and mostly fits in their place: the counts
+ * of the shadows, then the lighting itself. Null: it does not. */
+typedef struct lent {
+    uint8_t *counts;
+    lighting *lighting;
+} lent;
+
+static lent borrow(const vd_lens_map *map) {
+    const size_t counts = (size_t)map->width * (size_t)map->height;
+    size_t bytes;
+    uint8_t *half = half_sizes(map, &bytes);
+    lent out = {NULL, NULL};
+    if (half != NULL && bytes >= counts) {
+        out.counts = half;
+        const size_t at = counts + 63 - (size_t)((uintptr_t)half + counts + 63) % 64;
+        if (bytes >= at + sizeof *out.lighting) {
+            out.lighting = (lighting *)(void *)(half + at);
+        }
+    }
+    return out;
+}
+
+/* Counts shadows. The copy of the map that they are made from mostly fits in the full size's place.
+ */
 static vd_status count_shadows(lighting *l, vd_job *job, void **memory) {
     vd_lens_map *map = l->map;
     const size_t stride = (size_t)map->width, wanted = stride * (size_t)map->height;
-    size_t bytes;
-    uint8_t *counts = half_sizes(map, &bytes);
-    if (bytes < wanted) {
+    uint8_t *counts = borrow(map).counts;
+    if (counts == NULL) {
         counts = *memory = vd_allocate(map->context, wanted, 1);
         if (counts == NULL) {
             return vd_out_of_memory("the terrain's shadows", wanted);
@@ -476,15 +511,21 @@ static vd_status count_shadows(lighting *l, vd_job *job, void **memory) {
     }
     l->light.counts = counts;
     l->light.counts_stride = stride;
-    return vd_shadow_count(map->context, job, l->light.map, &l->light.shadow, counts, stride);
+    size_t bytes;
+    uint8_t *full = map->memory[2], *half = half_sizes(map, &bytes);
+    return vd_shadow_count_with(map->context, job, l->light.map, &l->light.shadow, counts, stride,
+                                full, half != NULL ? (size_t)(half - full) : 0);
 }
 
 vd_status vd_lens_map_light(vd_lens_map *map, vd_job *job, const vd_terrain_def *def) {
-    lighting *l = vd_allocate(map->context, 1, sizeof *l);
+    void *own = NULL, *counts = NULL, *room = NULL;
+    lighting *l = borrow(map).lighting;
+    if (l == NULL) {
+        l = own = vd_allocate(map->context, 1, sizeof *l);
+    }
     if (l == NULL) {
         return vd_out_of_memory("the terrain's light", sizeof *l);
     }
-    void *counts = NULL, *room = NULL;
     l->map = map;
     l->def = def;
     l->kernels = vd_lens_kernels_for(vd_context_isa(map->context));
@@ -502,6 +543,6 @@ vd_status vd_lens_map_light(vd_lens_map *map, vd_job *job, const vd_terrain_def 
     }
     vd_release(map->context, room);
     vd_release(map->context, counts);
-    vd_release(map->context, l);
+    vd_release(map->context, own);
     return status;
 }

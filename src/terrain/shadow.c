@@ -116,6 +116,8 @@ vd_status vd_shadow_make_plan(const vd_heightfield *map, const vd_shadow_def *de
     plan->wraps =
         def->edge == VD_SHADOW_EDGE_WRAP || (def->edge == VD_SHADOW_EDGE_MAP && map->wraps != 0);
     plan->slab_bytes = map->height_type == VD_HEIGHT_F32 ? SLAB_BYTES_F32 : SLAB_BYTES;
+    plan->scratch = NULL;
+    plan->scratch_bytes = 0;
     plan->all_steps = def->steps;
     plan->steps = 0;
     bool above = false;
@@ -142,11 +144,19 @@ vd_status vd_shadow_count(vd_context *context, vd_job *job, const vd_heightfield
     if (context == NULL || heightfield == NULL || def == NULL || counts == NULL) {
         return vd_failure(VD_ERROR_ARGUMENT, "vd_shadow_count: no argument but job may be null");
     }
+    return vd_shadow_count_with(context, job, heightfield, def, counts, stride, NULL, 0);
+}
+
+vd_status vd_shadow_count_with(vd_context *context, vd_job *job, const vd_heightfield *heightfield,
+                               const vd_shadow_def *def, uint8_t *counts, size_t stride,
+                               void *scratch, size_t scratch_bytes) {
     vd_shadow_plan plan;
     const vd_status status = vd_shadow_make_plan(heightfield, def, stride, &plan);
     if (status.code != VD_OK) {
         return status;
     }
+    plan.scratch = scratch;
+    plan.scratch_bytes = scratch_bytes;
     return def->method == VD_SHADOW_REFERENCE
                ? vd_shadow_count_reference(job, heightfield, &plan, counts, stride)
                : vd_shadow_count_shift(context, job, heightfield, &plan, counts, stride);

@@ -49,6 +49,8 @@ typedef struct vd_shadow_plan {
     int32_t dx[VD_SHADOW_STEPS], dy[VD_SHADOW_STEPS];
     float t[VD_SHADOW_STEPS];
     size_t slab_bytes; /* of the twin's copy, about; tests make it small */
+    void *scratch;     /* memory of the caller's for it, 64-byte aligned; or null */
+    size_t scratch_bytes;
 } vd_shadow_plan;
 
 /* Checks def and fills the plan. Returns VD_ERROR_ARGUMENT. */
@@ -89,6 +91,13 @@ typedef struct vd_shadow_kernels {
 extern const vd_shadow_kernels vd_shadow_kernels_v2;
 extern const vd_shadow_kernels vd_shadow_kernels_v3;
 extern const vd_shadow_kernels vd_shadow_kernels_v4;
+
+/* vd_shadow_count with memory of the caller's for the twin's copy of the map, which is taken from
+ * the context only where the caller's is too little for rows as long and rays as far. */
+VD_MUST_USE vd_status vd_shadow_count_with(vd_context *context, vd_job *job,
+                                           const vd_heightfield *map, const vd_shadow_def *def,
+                                           uint8_t *counts, size_t stride, void *scratch,
+                                           size_t scratch_bytes);
 
 /* The published loops. Returns VD_ERROR_CANCELLED when the job stops. */
 VD_MUST_USE vd_status vd_shadow_count_reference(vd_job *job, const vd_heightfield *map,

@@ -136,12 +136,27 @@ static void init(shift *s, vd_context *context, const vd_heightfield *map,
 
 /* Rows of a band, a multiple of a block: never fewer than the rays reach, so that no more than half
  * of what is copied is copied again for the next band. */
-static int band_rows(const shift *s) {
+static int band_rows(const shift *s, size_t slab_bytes) {
     const int reach = s->above + s->below;
-    const int fitting = (int)(s->slab.plan->slab_bytes / s->row_bytes) - reach;
+    const int fitting = (int)(slab_bytes / s->row_bytes) - reach;
     int rows = fitting > reach ? fitting : reach;
     rows = rows > 1 ? rows : 1;
     return whole_blocks(rows < s->map->height ? rows : s->map->height);
+}
+
+static size_t rows_in_slab(const shift *s, int rows) {
+    return (size_t)(s->above + rows + s->below);
+}
+
+/* Bytes of the tiles of a slab, whole cache lines. */
+static size_t tile_bytes(const shift *s, int rows) {
+    const size_t tile_rows =
+        (rows_in_slab(s, rows) + VD_SHADOW_TILE_HEIGHT - 1) / VD_SHADOW_TILE_HEIGHT;
+    return (tile_rows * s->tile_count * sizeof *s->tiles + 63) / 64 * 64;
+}
+
+static size_t working_bytes(const shift *s, int rows) {
+    return tile_bytes(s, rows) + rows_in_slab(s, rows) * s->row_bytes;
 }
 
 static vd_status count_bands(vd_context *context, vd_job *job, shift *s, int rows,
@@ -174,18 +189,26 @@ vd_status vd_shadow_count_shift(vd_context *context, vd_job *job, const vd_heigh
     shift s;
     init(&s, context, map, plan);
     s.stride = stride;
-    const int rows = band_rows(&s);
-    const size_t slab_rows = (size_t)(s.above + rows + s.below);
-    const size_t tile_rows = (slab_rows + VD_SHADOW_TILE_HEIGHT - 1) / VD_SHADOW_TILE_HEIGHT;
-    vd_status status = vd_out_of_memory("the shadows' copy of the map", slab_rows * s.row_bytes);
-    s.rows = vd_allocate(context, slab_rows, s.row_bytes);
-    s.tiles = vd_allocate(context, tile_rows * s.tile_count, sizeof *s.tiles);
-    if (s.rows != NULL && s.tiles != NULL) {
-        s.slab.tiles = s.tiles;
-        s.slab.origin = s.rows + (size_t)s.above * s.row_bytes + VD_SHADOW_PAD * s.sample_bytes;
-        status = count_bands(context, job, &s, rows, counts);
+    int rows = band_rows(&s, plan->slab_bytes);
+    if (working_bytes(&s, rows) > plan->scratch_bytes) {
+        /* Fewer, if those fit: of what is lent, the tiles and rounding up to blocks take this. */
+        const size_t aside = plan->scratch_bytes / 256 + VD_SHADOW_ROWS * s.row_bytes;
+        const int fewer =
+            band_rows(&s, plan->scratch_bytes > aside ? plan->scratch_bytes - aside : 0);
+        rows = working_bytes(&s, fewer) <= plan->scratch_bytes ? fewer : rows;
     }
-    vd_release(context, s.tiles);
-    vd_release(context, s.rows);
+    const bool lent = working_bytes(&s, rows) <= plan->scratch_bytes;
+    uint8_t *memory = lent ? plan->scratch : vd_allocate(context, working_bytes(&s, rows), 1);
+    if (memory == NULL) {
+        return vd_out_of_memory("the shadows' copy of the map", working_bytes(&s, rows));
+    }
+    s.tiles = (float *)(void *)memory;
+    s.rows = memory + tile_bytes(&s, rows);
+    s.slab.tiles = s.tiles;
+    s.slab.origin = s.rows + (size_t)s.above * s.row_bytes + VD_SHADOW_PAD * s.sample_bytes;
+    const vd_status status = count_bands(context, job, &s, rows, counts);
+    if (!lent) {
+        vd_release(context, memory);
+    }
     return status;
 }
