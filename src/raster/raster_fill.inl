@@ -373,64 +373,103 @@ static void sample_range(const int32_t v[3], int32_t at, int count, int *first, 
     *last = high < count - 1 ? high : count - 1;
 }
 
-/* Fills samples [from, from + STRIP) of all rows of one sample's plane. */
-static void fill_strip(vd_visible *visible, int sample, const vd_setup *s, int from) {
-    int32_t shift_x, shift_y;
-    vd_sample_shift(visible->samples, sample, &shift_x, &shift_y);
-    const int32_t x = (visible->x + from) * VD_SUBPIXELS + shift_x;
-    const int32_t y = visible->y * VD_SUBPIXELS + shift_y;
-    const int left = visible->width - from, width = left < STRIP ? left : STRIP;
+/* A triangle over samples [from, from + STRIP) of all rows of one sample's plane of a window. */
+typedef struct strip {
+    const vd_setup *setup;
+    int32_t x, y;                         /* of the first sample, in subpixels */
+    int width;                            /* samples a row */
+    int first_row, last_row, first, last; /* the samples in the triangle's box */
+    bool all;                             /* every sample is inside */
     strip_edge edges[3];
-    if (!strip_edges(s, x, y, width, visible->height, edges)) {
-        return;
-    }
-    const bool all = edges[0].everywhere && edges[1].everywhere && edges[2].everywhere;
-    const vd_wide_i32 ramp = vd_wide_count_i32();
-    const vd_wide_i32 name = vd_wide_splat_i32((int32_t)s->id);
-    const vd_wide_f32 z0 = vd_wide_splat_f32(s->z0);
-    const vd_wide_f32 z_min = vd_wide_splat_f32(s->z_min), z_max = vd_wide_splat_f32(s->z_max);
     vd_wide_f32 across[STRIP / VD_WIDE_LANES];
     vd_wide_i32 slope[3][STRIP / VD_WIDE_LANES];
+} strip;
+
+/* Returns false when the triangle has no sample there. */
+static inline bool strip_begin(const vd_visible *visible, int sample, const vd_setup *s, int from,
+                               strip *out) {
+    int32_t shift_x, shift_y;
+    vd_sample_shift(visible->samples, sample, &shift_x, &shift_y);
+    out->setup = s;
+    out->x = (visible->x + from) * VD_SUBPIXELS + shift_x;
+    out->y = visible->y * VD_SUBPIXELS + shift_y;
+    const int left = visible->width - from;
+    out->width = left < STRIP ? left : STRIP;
+    if (!strip_edges(s, out->x, out->y, out->width, visible->height, out->edges)) {
+        return false;
+    }
+    out->all = out->edges[0].everywhere && out->edges[1].everywhere && out->edges[2].everywhere;
     for (int k = 0; k < STRIP / VD_WIDE_LANES; k++) {
-        const vd_wide_i32 at = ramp + k * VD_WIDE_LANES;
-        across[k] = vd_wide_to_f32((x - s->x[0]) + at * VD_SUBPIXELS) * s->dz_dx;
+        const vd_wide_i32 at = vd_wide_count_i32() + k * VD_WIDE_LANES;
+        out->across[k] = vd_wide_to_f32((out->x - s->x[0]) + at * VD_SUBPIXELS) * s->dz_dx;
         for (int i = 0; i < 3; i++) {
-            slope[i][k] = at * (int32_t)-edges[i].dy;
+            out->slope[i][k] = at * (int32_t)-out->edges[i].dy;
         }
     }
+    sample_range(s->y, out->y, visible->height, &out->first_row, &out->last_row);
+    sample_range(s->x, out->x, out->width, &out->first, &out->last);
+    return out->first <= out->last;
+}
+
+/* One row of a strip: the edges at its first sample, and what depth gets from its row. */
+typedef struct strip_row {
+    int32_t start[3];
+    vd_wide_f32 down;
+} strip_row;
+
+static inline strip_row strip_row_at(const strip *t, int row) {
+    strip_row r;
+    for (int i = 0; i < 3; i++) {
+        int64_t value = t->edges[i].row + row * t->edges[i].dx;
+        value = value < ROW_LIMIT ? value : ROW_LIMIT;
+        r.start[i] = (int32_t)(value > -ROW_LIMIT ? value : -ROW_LIMIT);
+    }
+    const float dy = (float)(t->y + row * VD_SUBPIXELS - t->setup->y[0]);
+    r.down = vd_wide_splat_f32(dy * t->setup->dz_dy);
+    return r;
+}
+
+/* Which samples of vector k of the row are inside. */
+static inline vd_wide_mask strip_inside(const strip *t, const strip_row *r, int k) {
+    const vd_wide_mask exists =
+        vd_wide_less_i32(vd_wide_count_i32(), vd_wide_splat_i32(t->width - k * VD_WIDE_LANES));
+    if (t->all) {
+        return exists;
+    }
+    const vd_wide_i32 outside = (t->slope[0][k] + r->start[0]) | (t->slope[1][k] + r->start[1]) |
+                                (t->slope[2][k] + r->start[2]);
+    return vd_wide_and(exists, vd_wide_less_i32(vd_wide_splat_i32(-1), outside));
+}
+
+static inline vd_wide_f32 strip_depth(const strip *t, const strip_row *r, int k) {
+    return plane_depth(vd_wide_splat_f32(t->setup->z0), t->across[k], r->down,
+                       vd_wide_splat_f32(t->setup->z_min), vd_wide_splat_f32(t->setup->z_max));
+}
+
+/* Fills samples [from, from + STRIP) of all rows of one sample's plane. */
+static void fill_strip(vd_visible *visible, int sample, const vd_setup *s, int from) {
+    strip t;
+    if (!strip_begin(visible, sample, s, from, &t)) {
+        return;
+    }
+    const vd_wide_i32 name = vd_wide_splat_i32((int32_t)s->id);
     vd_wide_f32 farthest = vd_wide_splat_f32(2.0f);
-    int first_row, last_row, first, last;
-    sample_range(s->y, y, visible->height, &first_row, &last_row);
-    sample_range(s->x, x, width, &first, &last);
-    for (int row = first_row; row <= last_row; row++) {
-        int32_t start[3];
-        for (int i = 0; i < 3; i++) {
-            int64_t value = edges[i].row + row * edges[i].dx;
-            value = value < ROW_LIMIT ? value : ROW_LIMIT;
-            start[i] = (int32_t)(value > -ROW_LIMIT ? value : -ROW_LIMIT);
-        }
+    for (int row = t.first_row; row <= t.last_row; row++) {
+        const strip_row r = strip_row_at(&t, row);
         const size_t at =
             (size_t)sample * visible->plane + (size_t)row * visible->stride + (size_t)from;
-        const float dy = (float)(y + row * VD_SUBPIXELS - s->y[0]);
-        const vd_wide_f32 down = vd_wide_splat_f32(dy * s->dz_dy);
-        for (int k = first / VD_WIDE_LANES; k * VD_WIDE_LANES <= last; k++) {
-            vd_wide_mask inside =
-                vd_wide_less_i32(ramp, vd_wide_splat_i32(width - k * VD_WIDE_LANES));
-            if (!all) {
-                const vd_wide_i32 outside =
-                    (slope[0][k] + start[0]) | (slope[1][k] + start[1]) | (slope[2][k] + start[2]);
-                inside = vd_wide_and(inside, vd_wide_less_i32(vd_wide_splat_i32(-1), outside));
-                if (vd_wide_bits(inside) == 0) {
-                    continue;
-                }
+        for (int k = t.first / VD_WIDE_LANES; k * VD_WIDE_LANES <= t.last; k++) {
+            const vd_wide_mask inside = strip_inside(&t, &r, k);
+            if (!t.all && vd_wide_bits(inside) == 0) {
+                continue;
             }
-            const vd_wide_f32 z = plane_depth(z0, across[k], down, z_min, z_max);
+            const vd_wide_f32 z = strip_depth(&t, &r, k);
             const vd_wide_f32 now = fill_row(visible->depth + at + k * VD_WIDE_LANES,
                                              visible->id + at + k * VD_WIDE_LANES, inside, z, name);
             farthest = vd_wide_min_f32(farthest, vd_wide_blend_f32(inside, now, farthest));
         }
     }
-    if (all && visible->width <= STRIP) {
+    if (t.all && visible->width <= STRIP) {
         float least[VD_WIDE_LANES];
         vd_wide_store_f32(least, farthest);
         float hidden = least[0];

@@ -30,6 +30,14 @@ typedef struct vd_raster_kernels {
     /* Fills one triangle of any size into a window. */
     void (*fill_setup)(vd_visible *visible, const vd_setup *setup);
 
+    /* The same for one whose material is alpha-tested, where its alpha passes. */
+    void (*fill_tested)(const vd_scene *scene, vd_visible *visible, const vd_setup *setup,
+                        vd_batch *batch);
+
+    /* Adds one that blends to a target's list. */
+    void (*add_blended)(const vd_scene *scene, vd_target *target, const vd_setup *setup,
+                        vd_batch *batch);
+
     /* Takes the nearer of two windows' samples, row by row: `from` [height][from_stride]. */
     void (*merge)(vd_visible *visible, int sample, const float *depth, const uint32_t *id,
                   size_t stride);

@@ -48,6 +48,17 @@ void vd_surface_albedo(const vd_fragments *f, int uv, float (*albedo)[VD_BATCH])
     }
 }
 
+void vd_surface_alpha(const vd_fragments *f, int uv) {
+    lanes albedo[3];
+    if (uv >= 0) {
+        vd_surface_albedo(f, uv, albedo);
+        return;
+    }
+    EACH_LANE(i) {
+        f->color[3][i] = f->material->alpha;
+    }
+}
+
 /* ---- light ------------------------------------------------------------------------------------*/
 
 const vd_phong vd_phong_standard = {
