@@ -31,7 +31,7 @@ vd_raster_def vd_raster_def_default(void) {
 }
 
 static bool is_size(int size) {
-    return size == 0 || (size >= 16 && size <= 256 && (size & (size - 1)) == 0);
+    return size == 0 || (size >= 16 && size <= VD_TILE_MAX && (size & (size - 1)) == 0);
 }
 
 static vd_status check_def(const vd_raster_def *def, const vd_camera *camera) {

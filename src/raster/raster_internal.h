@@ -24,6 +24,8 @@
 #include "core/core.h"
 
 #define VD_SUBPIXELS 256
+/* The largest tile, in pixels a side. */
+#define VD_TILE_MAX 256
 /* Half the guard band's width: coordinates stay within ±2^15 pixels of the picture's middle, so
  * that their differences fit 2^24 subpixels and one tile's edge values fit 32 bits. */
 #define VD_GUARD_PIXELS 32767

@@ -14,6 +14,7 @@
 #include "raster/raster_shade.inl"
 #include "raster/raster_fragments.inl"
 #include "raster/raster_frame.inl"
+#include "raster/raster_lit.inl"
 #include "raster/raster_alpha.inl"
 
 const vd_raster_kernels TABLE = {project,
