@@ -118,38 +118,46 @@ static inline vd_wide_f32 fill_row(float *depth, uint32_t *id, vd_wide_mask insi
 
 /* ---- small: rows ------------------------------------------------------------------------------*/
 
+/* Vectors begin where the triangle does. At whole multiples of their width, for loads that match
+ * the last triangle's stores, the armadillo at 1024² took 3.0 instead of 2.5 ms, more vectors. */
 static void fill_rows(vd_visible *visible, size_t plane, const setups *s, int lane) {
     const vd_wide_i32 ramp = vd_wide_count_i32();
     const vd_wide_f32 z0 = vd_wide_splat_f32(s->z0[lane]);
     const vd_wide_f32 dz_dx = vd_wide_splat_f32(s->dz_dx[lane]);
     const vd_wide_f32 z_min = vd_wide_splat_f32(s->z_min[lane]);
     const vd_wide_f32 z_max = vd_wide_splat_f32(s->z_max[lane]);
+    const float dz_dy = s->dz_dy[lane];
     const vd_wide_i32 name = vd_wide_splat_i32((int32_t)s->id[lane]);
-    const int width = s->x1[lane] - s->x0[lane] + 1, height = s->y1[lane] - s->y0[lane] + 1;
-    for (int x = 0; x < width; x += VD_WIDE_LANES) {
-        vd_wide_i32 edge[3];
+    const int x0 = s->x0[lane], x1 = s->x1[lane], height = s->y1[lane] - s->y0[lane] + 1;
+    const size_t stride = visible->stride;
+    for (int x = x0; x <= x1; x += VD_WIDE_LANES) {
+        const vd_wide_i32 right = ramp + (x - x0);
+        vd_wide_i32 edge[3], step[3];
         for (int i = 0; i < 3; i++) {
-            edge[i] = s->edge[i][lane] + (ramp + x) * s->step_x[i][lane];
+            edge[i] = s->edge[i][lane] + right * s->step_x[i][lane];
+            step[i] = vd_wide_splat_i32(s->step_y[i][lane]);
         }
-        const vd_wide_f32 across =
-            vd_wide_to_f32(s->from_x[lane] + (ramp + x) * VD_SUBPIXELS) * dz_dx;
-        const vd_wide_mask exists = vd_wide_less_i32(ramp, vd_wide_splat_i32(width - x));
-        size_t at = plane + (size_t)s->y0[lane] * visible->stride + (size_t)(s->x0[lane] + x);
+        const vd_wide_f32 across = vd_wide_to_f32(s->from_x[lane] + right * VD_SUBPIXELS) * dz_dx;
+        const vd_wide_mask exists = vd_wide_less_i32(ramp, vd_wide_splat_i32(x1 + 1 - x));
+        const size_t at = plane + (size_t)s->y0[lane] * stride + (size_t)x;
+        float *depth = visible->depth + at;
+        uint32_t *id = visible->id + at;
         int32_t from_y = s->from_y[lane];
         for (int y = 0; y < height; y++) {
             const vd_wide_i32 outside = edge[0] | edge[1] | edge[2];
             const vd_wide_mask inside =
                 vd_wide_and(exists, vd_wide_less_i32(vd_wide_splat_i32(-1), outside));
             if (vd_wide_bits(inside) != 0) {
-                const vd_wide_f32 down = vd_wide_splat_f32((float)from_y * s->dz_dy[lane]);
+                const vd_wide_f32 down = vd_wide_splat_f32((float)from_y * dz_dy);
                 const vd_wide_f32 z = plane_depth(z0, across, down, z_min, z_max);
-                fill_row(visible->depth + at, visible->id + at, inside, z, name);
+                fill_row(depth, id, inside, z, name);
             }
             for (int i = 0; i < 3; i++) {
-                edge[i] += s->step_y[i][lane];
+                edge[i] += step[i];
             }
             from_y += VD_SUBPIXELS;
-            at += visible->stride;
+            depth += stride;
+            id += stride;
         }
     }
 }
