@@ -305,32 +305,111 @@ static void fill_batch(vd_visible *visible, int sample, const vd_drawing *drawin
     }
 }
 
+/* Fills up to VD_WIDE_LANES triangles. */
+static inline void fill_few(vd_visible *visible, const vd_drawing *drawing,
+                            const uint32_t *primitives, int count) {
+    const vd_wide_mask lanes = vd_wide_less_i32(vd_wide_count_i32(), vd_wide_splat_i32(count));
+    uint32_t at[VD_WIDE_LANES];
+    int32_t names[VD_WIDE_LANES];
+    for (int i = 0; i < VD_WIDE_LANES; i++) {
+        const uint32_t p = primitives[i < count ? i : 0];
+        names[i] = (int32_t)(drawing->first_id + p);
+        at[i] = 3 * p;
+    }
+    corners c;
+    load_corners(drawing, vd_mesh_indices(drawing->mesh), at, &c);
+    const vd_wide_i32 name = vd_wide_load_i32(names);
+    for (int s = 0; s < visible->samples; s++) {
+        int32_t shift_x, shift_y;
+        vd_sample_shift(visible->samples, s, &shift_x, &shift_y);
+        corners moved = c;
+        for (int i = 0; i < 3; i++) {
+            moved.x[i] = c.x[i] - (visible->x * VD_SUBPIXELS + shift_x);
+            moved.y[i] = c.y[i] - (visible->y * VD_SUBPIXELS + shift_y);
+        }
+        fill_batch(visible, s, drawing, moved, lanes, name);
+    }
+}
+
 static void fill_small(vd_visible *visible, const vd_drawing *drawing, const uint32_t *primitives,
                        int count) {
-    const uint32_t *indices = vd_mesh_indices(drawing->mesh);
     for (int first = 0; first < count; first += VD_WIDE_LANES) {
-        const int left = count - first;
-        const vd_wide_mask lanes = vd_wide_less_i32(vd_wide_count_i32(), vd_wide_splat_i32(left));
-        uint32_t at[VD_WIDE_LANES];
-        int32_t names[VD_WIDE_LANES];
-        for (int i = 0; i < VD_WIDE_LANES; i++) {
-            const uint32_t p = primitives[first + (i < left ? i : 0)];
-            names[i] = (int32_t)(drawing->first_id + p);
-            at[i] = 3 * p;
-        }
-        corners c;
-        load_corners(drawing, indices, at, &c);
-        const vd_wide_i32 name = vd_wide_load_i32(names);
-        for (int s = 0; s < visible->samples; s++) {
-            int32_t shift_x, shift_y;
-            vd_sample_shift(visible->samples, s, &shift_x, &shift_y);
-            corners moved = c;
-            for (int i = 0; i < 3; i++) {
-                moved.x[i] = c.x[i] - (visible->x * VD_SUBPIXELS + shift_x);
-                moved.y[i] = c.y[i] - (visible->y * VD_SUBPIXELS + shift_y);
+        fill_few(visible, drawing, primitives + first, count - first);
+    }
+}
+
+/* A place in a chain of blocks. */
+typedef struct cursor {
+    const vd_block *block;
+    int first;
+} cursor;
+
+static inline bool has_triangles(const cursor *c) {
+    return c->block->drawing != NULL;
+}
+
+static inline int cursor_count(const cursor *c) {
+    const int left = c->block->count - c->first;
+    return left < VD_WIDE_LANES ? left : VD_WIDE_LANES;
+}
+
+static inline void cursor_move(cursor *c) {
+    c->first += VD_WIDE_LANES;
+    if (c->first >= c->block->count) {
+        *c = (cursor){c->block->next, 0};
+    }
+}
+
+static inline void prefetch_indices(cursor *c) {
+    if (has_triangles(c)) {
+        if (c->first == 0) {
+            for (size_t at = 0; at < sizeof(vd_block); at += 64) {
+                __builtin_prefetch((const char *)c->block->next + at);
             }
-            fill_batch(visible, s, drawing, moved, lanes, name);
         }
+        const uint32_t *index = vd_mesh_indices(c->block->drawing->mesh);
+        for (int i = 0; i < cursor_count(c); i++) {
+            __builtin_prefetch(index + 3 * (size_t)c->block->primitives[c->first + i]);
+        }
+        cursor_move(c);
+    }
+}
+
+static inline void prefetch_vertices(cursor *c) {
+    if (has_triangles(c)) {
+        const vd_drawing *drawing = c->block->drawing;
+        const uint32_t *index = vd_mesh_indices(drawing->mesh);
+        for (int i = 0; i < cursor_count(c); i++) {
+            const uint32_t *corner = index + 3 * (size_t)c->block->primitives[c->first + i];
+            __builtin_prefetch(&drawing->vertices[corner[0]]);
+            __builtin_prefetch(&drawing->vertices[corner[1]]);
+            __builtin_prefetch(&drawing->vertices[corner[2]]);
+        }
+        cursor_move(c);
+    }
+}
+
+/* How many triangles ahead of being filled vertices and indices are asked for. */
+#define VERTICES_AHEAD (16 / VD_WIDE_LANES)
+#define INDICES_AHEAD (32 / VD_WIDE_LANES)
+
+/* A tile's triangles come from all over the mesh: their indices and then their vertices are asked
+ * for in time. Without that, waiting for them was more than half of filling the dragon of 871 k
+ * triangles at 1024². */
+static void fill_blocks(vd_visible *visible, const vd_block *blocks) {
+    cursor here = {blocks, 0}, vertices = here, indices = here;
+    for (int i = 0; i < VERTICES_AHEAD + INDICES_AHEAD; i++) {
+        prefetch_indices(&indices);
+    }
+    for (int i = 0; i < VERTICES_AHEAD; i++) {
+        prefetch_vertices(&vertices);
+    }
+    while (has_triangles(&here)) {
+        prefetch_indices(&indices);
+        prefetch_vertices(&vertices);
+        fill_few(visible, here.block->drawing, here.block->primitives + here.first,
+                 here.block->count - here.first);
+        cursor_move(&here);
     }
 }
 

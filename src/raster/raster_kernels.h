@@ -25,6 +25,9 @@ typedef struct vd_raster_kernels {
     void (*fill_small)(vd_visible *visible, const vd_drawing *drawing, const uint32_t *primitives,
                        int count);
 
+    /* The same for a chain of blocks, which ends with one without a drawing. */
+    void (*fill_blocks)(vd_visible *visible, const vd_block *blocks);
+
     void (*flush)(vd_visible *visible);
 
     /* Fills one triangle of any size into a window. */

@@ -20,6 +20,7 @@
 const vd_raster_kernels TABLE = {project,
                                  sort,
                                  fill_small,
+                                 fill_blocks,
                                  flush,
                                  fill_setup,
                                  fill_tested,

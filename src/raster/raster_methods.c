@@ -259,9 +259,7 @@ void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
     for (int i = 0; i < raster->thread_count; i++) {
         vd_block *const *lists = raster->workers[i].sorter.blocks + (size_t)tile * VD_CLASSES;
         for (int class = 0; class < VD_CLASSES; class ++) {
-            for (const vd_block *b = lists[class]; b->drawing != NULL; b = b->next) {
-                kernels->fill_small(visible, b->drawing, b->primitives, b->count);
-            }
+            kernels->fill_blocks(visible, lists[class]);
         }
     }
     kernels->flush(visible);
