@@ -100,6 +100,34 @@ static inline void assert_same_frames(const vd_frame *a, const vd_frame *b) {
     }
 }
 
+/* Draws by every method, level and number of threads and compares with the reference. */
+static inline void compare_all(const vd_raster_def *base, const vd_camera *camera,
+                               const vd_draw *draws, int count, int width, int height) {
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_raster_def def = *base;
+    vd_raster_stats stats;
+    def.method = VD_RASTER_REFERENCE;
+    vd_frame *expected = draw_frame(context, &def, camera, draws, count, width, height, &stats);
+    const uint64_t hits = stats.hits;
+    for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
+        static const int threads[] = {1, 2, 7};
+        for (int t = 0; t < 3; t++) {
+            vd_context *other = test_context(threads[t], (vd_isa)isa);
+            for (int m = 0; m < VD_RASTER_REFERENCE; m++) {
+                def.method = (vd_raster_method)m;
+                vd_frame *frame =
+                    draw_frame(other, &def, camera, draws, count, width, height, &stats);
+                assert_int_equal(stats.hits, hits);
+                assert_same_frames(frame, expected);
+                vd_frame_destroy(&frame);
+            }
+            vd_context_destroy(&other);
+        }
+    }
+    vd_frame_destroy(&expected);
+    vd_context_destroy(&context);
+}
+
 /* A sphere of rings × sectors quads around the origin, with normals and texture coordinates. */
 static inline vd_mesh *sphere(vd_context *context, int rings, int sectors, double radius,
                               vd_vec3 centre) {

@@ -5,33 +5,6 @@ static bool reduced(void) {
     return getenv("VEDUTA_TEST_REDUCED") != NULL;
 }
 
-/* Draws by every method, level and number of threads and compares with the reference. */
-static void compare_all(const vd_raster_def *base, const vd_camera *camera, const vd_draw *draws,
-                        int count, int width, int height) {
-    vd_context *context = test_context(1, VD_ISA_AUTO);
-    vd_raster_def def = *base;
-    vd_raster_stats stats;
-    def.method = VD_RASTER_REFERENCE;
-    vd_frame *expected = draw_frame(context, &def, camera, draws, count, width, height, &stats);
-    const uint64_t hits = stats.hits;
-    for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
-        static const int threads[] = {1, 2, 7};
-        for (int t = 0; t < 3; t++) {
-            vd_context *other = test_context(threads[t], (vd_isa)isa);
-            for (int m = 0; m < VD_RASTER_REFERENCE; m++) {
-                def.method = (vd_raster_method)m;
-                vd_frame *frame =
-                    draw_frame(other, &def, camera, draws, count, width, height, &stats);
-                assert_int_equal(stats.hits, hits);
-                vd_frame_destroy(&frame);
-            }
-            vd_context_destroy(&other);
-        }
-    }
-    vd_frame_destroy(&expected);
-    vd_context_destroy(&context);
-}
-
 static void random_soup(vd_context *context, int width, int height, int samples, size_t triangles,
                         uint64_t seed) {
     float *positions = malloc(triangles * 9 * sizeof *positions);
@@ -92,10 +65,53 @@ static void spheres_agree(void **state) {
     vd_context_destroy(&context);
 }
 
+/* Phong goes a way of its own: one surface and several, both projections, lights of all numbers. */
+static void lit_surfaces_agree(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_mesh *coarse = sphere(context, 7, 9, 1.0, vd_vec3_make(0, 0.1, 3));
+    vd_mesh *near = sphere(context, 12, 16, 1.0, vd_vec3_make(0.1, 0, 1.2));
+    vd_mesh *fine = sphere(context, 70, 90, 0.4, vd_vec3_make(0.3, 0.2, 2));
+    vd_material materials[2] = {vd_material_default(), vd_material_default()};
+    vd_phong phong = vd_phong_default();
+    for (int round = 0; round < 8; round++) {
+        vd_draw draws[3] = {vd_draw_default(), vd_draw_default(), vd_draw_default()};
+        for (int k = 0; k < 3; k++) {
+            draws[k].mesh = k == 0 ? (round % 4 == 3 ? near : coarse) : k == 1 ? fine : near;
+            draws[k].shader = vd_shader_find(VD_SHADING_PHONG);
+            draws[k].cull = VD_CULL_NONE;
+            draws[k].materials = &materials[k % 2];
+            draws[k].material_count = 1;
+            draws[k].uniforms = round < 2 ? NULL : &phong;
+        }
+        phong.light_count = round % 5;
+        phong.lights[2] = phong.lights[0];
+        phong.lights[3] = phong.lights[1];
+        phong.lights[2].direction[1] = 0.9f;
+        materials[1].alpha = round == 6 ? 0.5f : 1.0f;
+        materials[1].shininess = (float)(5 * round);
+        materials[1].emission = (vd_linear){0.1f, 0.0f, 0.02f};
+        vd_camera camera = plain_camera(140, 90, round % 4 == 3 ? 90.0 : 120.0, 0.5);
+        if (round % 2 == 0) {
+            camera.projection = VD_PROJECTION_ORTHOGRAPHIC;
+            camera.lens = (vd_lens){40, 40, 70, 45};
+            camera.far_m = 6.0;
+        }
+        vd_raster_def def = vd_raster_def_default();
+        def.samples = round == 7 ? 4 : 1;
+        compare_all(&def, &camera, draws, round < 5 ? 1 + round % 2 : 3, 140, 90);
+    }
+    vd_mesh_destroy(context, &coarse);
+    vd_mesh_destroy(context, &near);
+    vd_mesh_destroy(context, &fine);
+    vd_context_destroy(&context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_triangles_agree),
         cmocka_unit_test(spheres_agree),
+        cmocka_unit_test(lit_surfaces_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

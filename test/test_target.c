@@ -106,12 +106,79 @@ static void resolving_averages_and_keeps_the_nearest(void **state) {
     vd_context_destroy(&context);
 }
 
+typedef struct thing {
+    float depth;
+    uint64_t order;
+    uint16_t color[4];
+} thing;
+
+static int farthest_first(const void *a, const void *b) {
+    const thing *x = a, *y = b;
+    return x->depth != y->depth ? (x->depth > y->depth) - (x->depth < y->depth)
+                                : (x->order < y->order) - (x->order > y->order);
+}
+
+/* Any number of things at a sample, in any order and again, against sorting all of them. */
+static void blended_things_are_sorted(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_target *target = NULL;
+    assert_ok(vd_target_create(context, 5, 3, 4, &target));
+    assert_ok(vd_target_reserve_blended(target));
+    assert_ok(vd_target_reserve_blended(target));
+    uint64_t random = 1;
+    thing things[40];
+    for (int round = 0; round < 400; round++) {
+        const int count = (int)(test_random(&random) % 41);
+        const size_t sample = 2 * target->plane + target->stride + 3;
+        const uint16_t start[4] = {100, 2000, 30000, (uint16_t)(round % 2 == 0 ? 65535 : 30000)};
+        vd_target_clear(target, start);
+        target->depth[sample] = round % 3 == 0 ? 0.5f : 0.0f;
+        for (int i = 0; i < count; i++) {
+            thing *t = &things[i];
+            t->depth = (float)(test_random(&random) % 8) / 8.0f; /* many are alike */
+            t->order = (test_random(&random) % 3) << 32 | (uint64_t)i;
+            t->color[3] = (uint16_t)(test_random(&random) % 5 == 0 ? 65535 : test_random(&random));
+            for (int c = 0; c < 3; c++) {
+                t->color[c] = (uint16_t)(test_uniform(&random) * t->color[3]);
+            }
+        }
+        vd_target_begin_blended(target);
+        int passes = 0;
+        do {
+            const int first = count > 0 ? (int)(test_random(&random) % (uint64_t)count) : 0;
+            for (int i = 0; i < count + 3 && count > 0; i++) { /* some of them twice */
+                const thing *t = &things[(first + i) % count];
+                vd_target_add_blended(target, sample, t->depth, t->order, t->color);
+            }
+            passes++;
+        } while (vd_target_blend(target));
+        qsort(things, (size_t)count, sizeof *things, farthest_first);
+        uint16_t expected[4];
+        int seen = 0;
+        memcpy(expected, start, sizeof expected);
+        for (int i = 0; i < count; i++) {
+            seen += things[i].depth >= target->depth[sample];
+            for (int c = 0; c < 4 && things[i].depth >= target->depth[sample]; c++) {
+                const double left = (65535.0 - things[i].color[3]) / 65535.0;
+                expected[c] = (uint16_t)(things[i].color[c] + floor(expected[c] * left + 0.49999));
+            }
+        }
+        assert_memory_equal(target->color + 4 * sample, expected, sizeof expected);
+        assert_int_equal(passes, seen <= 8 ? 1 : (seen + 7) / 8);
+        assert_memory_equal(target->color, start, sizeof start);
+    }
+    vd_target_destroy(&target);
+    vd_context_destroy(&context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(patterns_are_balanced),
         cmocka_unit_test(bad_targets_are_refused),
         cmocka_unit_test(clear_color_survives_resolving),
         cmocka_unit_test(resolving_averages_and_keeps_the_nearest),
+        cmocka_unit_test(blended_things_are_sorted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,9 +6,10 @@
  *     status = vd_raster_render(raster, NULL, &def, &camera, &draw, 1, frame, NULL);
  *
  * The nearest primitive wins each sample (the greatest depth; of equals the one that comes first in
- * the draws), and each visible pixel is shaded once. Coverage is by the top-left rule at sample
- * positions, vertices snapped to 1/256 pixel: of triangles that share an edge exactly one has a
- * sample on it. All methods give the same bytes, at every SIMD level and number of threads.
+ * the draws), and each visible pixel is shaded once. Materials may be alpha-tested or blended.
+ * Coverage is by the top-left rule at sample positions, vertices snapped to 1/256 pixel: of
+ * triangles that share an edge exactly one has a sample on it. All methods give the same bytes, at
+ * every SIMD level and number of threads.
  */
 #ifndef VEDUTA_RASTER_H
 #define VEDUTA_RASTER_H
@@ -103,7 +104,7 @@ VD_API void vd_raster_destroy(vd_raster **raster);
 /* Draws `count` draws into the frame (all planes it has), over the background. A second call with
  * the same sizes and meshes allocates nothing. `job` and `stats` may be null.
  * Returns VD_ERROR_ARGUMENT (names the field), VD_ERROR_LIMIT (more than 2^32 − 2 primitives, or
- * more object ids than the frame's table holds), VD_ERROR_UNSUPPORTED, VD_ERROR_MEMORY,
+ * more object ids than the frame's table holds), VD_ERROR_MEMORY,
  * VD_ERROR_CANCELLED (the frame then holds the tiles that were finished). A picture without
  * anything is a success with stats->hits 0; vd_raster_explain_empty then says why. */
 VD_API VD_MUST_USE vd_status vd_raster_render(vd_raster *raster, vd_job *job,
@@ -115,11 +116,15 @@ VD_API VD_MUST_USE vd_status vd_raster_render(vd_raster *raster, vd_job *job,
  * vd_raster_prepare does what concerns the whole picture; then vd_raster_draw composites into
  * targets that hold windows of it, each sample by depth against what is there (of equals, what is
  * there stays). Several threads may draw at once into targets of their own, `worker` in
- * [0, threads of the context) different for each. The frame ids are those that `frame` gave. */
+ * [0, threads of the context) different for each. The frame ids are those that `frame` gave.
+ * vd_raster_draw leaves out materials that blend: when all that is opaque is drawn, vd_raster_blend
+ * adds them to the target's list (target.h); a target without one, or of other samples, is left
+ * as it is. */
 VD_API VD_MUST_USE vd_status vd_raster_prepare(vd_raster *raster, vd_job *job,
                                                const vd_raster_def *def, const vd_camera *camera,
                                                const vd_draw *draws, int count, vd_frame *frame);
 VD_API void vd_raster_draw(vd_raster *raster, vd_target *target, int worker);
+VD_API void vd_raster_blend(vd_raster *raster, vd_target *target, int worker);
 
 /* Returns one sentence on why the draws show nothing: no primitives, all behind the camera or
  * nearer than the near plane, beside the view, culled, or too small for any sample. */

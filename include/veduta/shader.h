@@ -49,10 +49,15 @@ typedef struct vd_material {
     float shininess;           /* exponent of the highlight, 1 … 1024; a whole number is used */
     const vd_texture *texture; /* multiplies albedo and alpha; null: none; not owned */
     vd_texture_filter filter;
-    float alpha_test; /* fragments with less alpha than this are not there; 0: all are. Not drawn
-                         yet: VD_ERROR_UNSUPPORTED */
-    bool blend;       /* blended over what is behind, farthest first. Not drawn yet */
+    float alpha_test; /* fragments with less alpha than this are not there, sample by sample; what
+                         is left is opaque unless `blend`. 0 … 1; 0: all are there */
+    bool blend;       /* blended over what is behind by its alpha, farthest first; the frame's depth
+                         and id stay those of what is behind. Without a fragment function: nothing */
 } vd_material;
+
+/* Alpha is what the fragment function leaves. Of shadings that do not look at the material (depth,
+ * normals, uv, id) and where there is no fragment function it is the material's: its alpha times
+ * the texture's at the mesh's texture coordinates. */
 
 /* Grey 0.8, opaque, no emission, a faint highlight, trilinear. */
 VD_API vd_material vd_material_default(void);

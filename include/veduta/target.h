@@ -10,6 +10,7 @@
 #ifndef VEDUTA_TARGET_H
 #define VEDUTA_TARGET_H
 
+#include <stdbool.h>
 #include <veduta/frame.h>
 
 VD_BEGIN_DECLARATIONS
@@ -24,6 +25,7 @@ typedef struct vd_target {
     uint16_t *color;
     float *depth;
     uint32_t *id;
+    struct vd_blended *blended; /* [samples][height][stride]; null until reserved, see below */
 } vd_target;
 
 /* Creates a target of at most width × height pixels, its contents undefined until vd_target_clear.
@@ -47,6 +49,37 @@ VD_API const float (*vd_sample_offsets(int samples))[2];
  * greatest depth; of equals the first). The window must lie within the frame. Several threads may
  * resolve into one frame at once if their windows do not overlap. */
 VD_API void vd_target_resolve(const vd_target *target, vd_frame *frame);
+
+/* ---- what lets things behind it shine through ------------------------------------------------
+ * All rooms that blend add to one list of the target, which is then blended over its colours
+ * sample by sample, farthest first: by depth, of equals the greater order first. The list holds a
+ * fixed number of things a sample; where there are more, the farthest come first and all is added
+ * again, as often as it takes:
+ *
+ *     vd_target_begin_blended(target);
+ *     do {
+ *         vd_raster_blend(raster, target, worker);   and whoever else blends, the same every time
+ *     } while (vd_target_blend(target));
+ *
+ * Depth and id of the target stay those of what is opaque. */
+
+/* Makes room for the list, 192 bytes a sample; a second call does nothing. Returns
+ * VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_target_reserve_blended(vd_target *target);
+
+/* Begins the window's list. The target must have been reserved. */
+VD_API void vd_target_begin_blended(vd_target *target);
+
+/* Adds one thing at a sample, an index into the planes: `color` as the target's (encoded,
+ * premultiplied). It is dropped where the target's depth is greater; of equals it is seen. `order`
+ * tells things of one depth apart: what has both alike at a sample counts once. By convention it is
+ * frame id · 2^32 + a number of the room's own. */
+VD_API void vd_target_add_blended(vd_target *target, size_t sample, float depth, uint64_t order,
+                                  const uint16_t color[4]);
+
+/* Blends what the list holds over the window's colours: c + (65535 − alpha)·there / 65535, rounded.
+ * Returns whether some sample had more than its list holds: then add everything again. */
+VD_API bool vd_target_blend(vd_target *target);
 
 VD_END_DECLARATIONS
 

@@ -115,6 +115,17 @@ VD_API VD_MUST_USE vd_status vd_terrain_renderer_draw(vd_terrain_renderer *rende
                                                       const vd_camera *camera, vd_frame *frame,
                                                       vd_frame_stats *stats);
 
+/* Draws into a target together with others, every sample at its own place and by depth against what
+ * is there (of equals, what is there stays); where nothing is, the sky or the background shows.
+ * `target` is a window of the picture of the `camera`, its samples count, not the def's; `frame`
+ * gives the frame id. Cost: a picture of one sample for each of the target's. Allocates when the
+ * window is larger than any before. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT (no room for another
+ * id), VD_ERROR_MEMORY or VD_ERROR_CANCELLED (some samples are then not drawn). */
+VD_API VD_MUST_USE vd_status vd_terrain_renderer_composite(vd_terrain_renderer *renderer,
+                                                           vd_job *job, const vd_camera *camera,
+                                                           vd_frame *frame, vd_target *target,
+                                                           vd_frame_stats *stats);
+
 /* Estimates what vd_terrain_render will take by drawing a few spread tiles: wall seconds and the
  * most bytes held by the renderer at once (without frame and heightfield). */
 VD_API VD_MUST_USE vd_status vd_terrain_estimate(vd_context *context, vd_job *job,

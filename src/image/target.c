@@ -45,6 +45,7 @@ void vd_target_destroy(vd_target **target_in_out) {
     vd_release(target->context, target->color);
     vd_release(target->context, target->depth);
     vd_release(target->context, target->id);
+    vd_release(target->context, target->blended);
     vd_release(target->context, target);
 }
 

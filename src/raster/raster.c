@@ -1,6 +1,7 @@
 /* raster.c: the renderer object, from draws to a finished frame. */
 #include <math.h>
 #include <string.h>
+#include "image/blended.h"
 #include "image/image.h"
 #include "raster/raster_run.h"
 
@@ -30,7 +31,7 @@ vd_raster_def vd_raster_def_default(void) {
 }
 
 static bool is_size(int size) {
-    return size == 0 || (size >= 16 && size <= 256 && (size & (size - 1)) == 0);
+    return size == 0 || (size >= 16 && size <= VD_TILE_MAX && (size & (size - 1)) == 0);
 }
 
 static vd_status check_def(const vd_raster_def *def, const vd_camera *camera) {
@@ -154,6 +155,14 @@ static vd_status reserve_slots(vd_raster *raster, int count) {
 
 /* ---- preparing --------------------------------------------------------------------------------*/
 
+static bool blends(const vd_draw *draw) {
+    bool any = false;
+    for (int i = 0; i < draw->material_count; i++) {
+        any = any || draw->materials[i].blend;
+    }
+    return any;
+}
+
 static vd_status init_drawings(vd_raster *raster, const vd_raster_def *def, const vd_camera *camera,
                                const vd_draw *draws, int count, vd_frame *frame) {
     vd_status status = reserve_slots(raster, count);
@@ -168,6 +177,7 @@ static vd_status init_drawings(vd_raster *raster, const vd_raster_def *def, cons
     scene->drawings = raster->drawings.memory;
     scene->drawing_count = count;
     uint64_t next = 1;
+    scene->blended = false;
     for (int i = 0; i < count; i++) {
         vd_drawing *drawing = &scene->drawings[i];
         status = vd_drawing_init(drawing, &draws[i], def, camera, frame->width, frame->height);
@@ -182,6 +192,7 @@ static vd_status init_drawings(vd_raster *raster, const vd_raster_def *def, cons
         }
         drawing->first_id = (uint32_t)next;
         next += drawing->primitive_count;
+        scene->blended = scene->blended || (drawing->special && blends(&draws[i]));
         if (next > UINT32_MAX) {
             return vd_failure(VD_ERROR_LIMIT,
                               "the draws have more than %u primitives; draw them "
@@ -268,6 +279,27 @@ vd_status vd_raster_prepare(vd_raster *raster, vd_job *job, const vd_raster_def 
 /* Frames of more pixels do not fit the caches with all their planes. */
 #define STREAM_PIXELS ((size_t)1 << 21)
 
+/* Blends what is sorted to the tile over the worker's target. Returns the samples that show nothing
+ * else. */
+static uint64_t blend_tile(vd_raster *raster, vd_worker *worker, int x, int y) {
+    vd_target *target = worker->target;
+    vd_target_begin_blended(target);
+    do {
+        vd_raster_add_blended(raster, worker, target, x, y);
+    } while (vd_target_blend(target));
+    uint64_t hits = 0;
+    for (int s = 0; s < target->samples; s++) {
+        for (int row = 0; row < target->height; row++) {
+            const size_t at = (size_t)s * target->plane + (size_t)row * target->stride;
+            for (int i = 0; i < target->width; i++) {
+                hits += target->id[at + (size_t)i] == 0 &&
+                        vd_blended_any(&target->blended[at + (size_t)i]);
+            }
+        }
+    }
+    return hits;
+}
+
 /* One sample a pixel goes to the frame at once. */
 static void draw_tile(void *user, int index, int worker_index) {
     vd_raster *raster = user;
@@ -279,9 +311,10 @@ static void draw_tile(void *user, int index, int worker_index) {
         raster->kernels->fill_frame(&raster->scene, visible, raster->frame, raster->stream);
         return;
     }
+    const bool blends = vd_raster_blends(raster, x, y);
     vd_raster_see(raster, worker, x, y);
     vd_raster_forget(raster, x, y);
-    if (raster->kernels->shade_frame != NULL && visible->samples == 1) {
+    if (raster->kernels->shade_frame != NULL && visible->samples == 1 && !blends) {
         worker->hits += raster->kernels->shade_frame(&raster->scene, visible, raster->frame,
                                                      worker->batch, raster->stream);
         return;
@@ -293,6 +326,9 @@ static void draw_tile(void *user, int index, int worker_index) {
     target->height = visible->height;
     vd_target_clear(target, raster->scene.background);
     worker->hits += raster->kernels->shade(&raster->scene, visible, target, worker->batch);
+    if (blends) {
+        worker->hits += blend_tile(raster, worker, x, y);
+    }
     vd_target_resolve(target, raster->frame);
 }
 
@@ -365,6 +401,7 @@ static bool overlap(const vd_visible *window, const vd_target *target, vd_visibl
     to->color += 4 * at;
     to->depth += at;
     to->id += at;
+    to->blended = target->blended != NULL ? target->blended + at : NULL;
     return true;
 }
 
@@ -385,6 +422,27 @@ void vd_raster_draw(vd_raster *raster, vd_target *target, int worker_index) {
             if (overlap(&worker->visible, target, &part, &to)) {
                 hide_behind(&part, &to);
                 raster->kernels->shade(&raster->scene, &part, &to, worker->batch);
+            }
+        }
+    }
+}
+
+void vd_raster_blend(vd_raster *raster, vd_target *target, int worker_index) {
+    if (!raster->prepared || target->samples != raster->scene.samples || target->blended == NULL) {
+        return;
+    }
+    vd_worker *worker = &raster->workers[worker_index];
+    const int tile = raster->tile;
+    for (int y = target->y / tile; y * tile < target->y + target->height; y++) {
+        for (int x = target->x / tile; x * tile < target->x + target->width; x++) {
+            vd_visible part;
+            vd_target to;
+            if (x >= raster->tiles_x || y >= raster->tiles_y || !vd_raster_blends(raster, x, y)) {
+                continue;
+            }
+            vd_raster_place(raster, worker, x, y);
+            if (overlap(&worker->visible, target, &part, &to)) {
+                vd_raster_add_blended(raster, worker, &to, x, y);
             }
         }
     }

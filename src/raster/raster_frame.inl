@@ -126,32 +126,3 @@ static uint64_t shade_depths(const vd_scene *scene, const vd_visible *visible, v
     }
     return sum;
 }
-
-static uint64_t shade_frame(const vd_scene *scene, const vd_visible *visible, vd_frame *frame,
-                            vd_batch *batch, bool stream) {
-    if (scene->drawing_count == 1 && scene->drawings[0].fragment == fragments_depth) {
-        return shade_depths(scene, visible, frame, stream);
-    }
-    float color[4][VD_BATCH] __attribute__((aligned(64)));
-    const uint32_t background = background_8(scene);
-    uint64_t hits = 0;
-    for (int y = 0; y < visible->height; y++) {
-        for (int x = 0; x < visible->width; x += VD_BATCH) {
-            const size_t at = (size_t)y * visible->stride + (size_t)x;
-            const uint32_t *id = visible->id + at;
-            const places to = places_of(frame, visible->x + x, visible->y + y);
-            const uint32_t mask = hit_lanes(id, visible->width - x);
-            if (mask == 0) {
-                store_background(to, background, stream);
-                continue;
-            }
-            hits += (uint64_t)__builtin_popcount(mask);
-            const uint32_t colored =
-                shade_group(scene, id, visible->depth + at, mask, (visible->x + x) * VD_SUBPIXELS,
-                            (visible->y + y) * VD_SUBPIXELS, batch, color);
-            store_group(scene, id, visible->depth + at, mask, colored,
-                        (const float(*)[VD_BATCH])color, background, to, stream);
-        }
-    }
-    return hits;
-}

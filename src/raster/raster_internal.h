@@ -24,6 +24,8 @@
 #include "core/core.h"
 
 #define VD_SUBPIXELS 256
+/* The largest tile, in pixels a side. */
+#define VD_TILE_MAX 256
 /* Half the guard band's width: coordinates stay within ±2^15 pixels of the picture's middle, so
  * that their differences fit 2^24 subpixels and one tile's edge values fit 32 bits. */
 #define VD_GUARD_PIXELS 32767
@@ -82,9 +84,26 @@ typedef struct vd_drawing {
     size_t group_stride; /* floats from one group to the next */
     int varying_count;
     int8_t component[VD_MAX_VARYINGS]; /* −1: reads 0 */
-    float *written;                    /* by the vertex function; owned */
-    uint8_t *user;                     /* [vertex_stride][user_bytes]; owned */
+    bool special;                      /* some material is tested or blended */
+    bool alpha_of_material;            /* of those; else the fragment function's */
+    int uv;         /* the varying that texture coordinates begin at; −1: none */
+    float *written; /* by the vertex function; owned */
+    uint8_t *user;  /* [vertex_stride][user_bytes]; owned */
 } vd_drawing;
+
+/* What a material does to visibility. */
+typedef enum vd_kind {
+    VD_KIND_SOLID,
+    VD_KIND_TESTED,  /* a sample shows it if its alpha passes */
+    VD_KIND_BLENDED, /* has no part in visibility */
+    VD_KIND_COUNT
+} vd_kind;
+
+static inline vd_kind vd_material_kind(const vd_material *material) {
+    return material->blend               ? VD_KIND_BLENDED
+           : material->alpha_test > 0.0f ? VD_KIND_TESTED
+                                         : VD_KIND_SOLID;
+}
 
 /* Sixteen pixels of one draw and material on their way through a fragment function. */
 typedef struct vd_batch {
@@ -155,11 +174,27 @@ void vd_batch_run(const vd_drawing *drawing, const vd_material *material, uint32
 /* The material of a primitive. */
 const vd_material *vd_drawing_material(const vd_drawing *drawing, uint32_t primitive);
 
+/* The kind of a primitive's material, and where the run of primitives of the same one ends. */
+vd_kind vd_drawing_kind(const vd_drawing *drawing, uint32_t primitive, uint32_t *end);
+
 extern const vd_phong vd_phong_standard;
 
 /* The material's albedo under its texture, linear, of 16 fragments, and alpha into their color[3].
  * `uv` is the first of the texture coordinates among the varyings. */
 void vd_surface_albedo(const vd_fragments *fragments, int uv, float (*albedo)[VD_BATCH]);
+
+/* The material's alpha times its texture's, into color[3]. */
+void vd_surface_alpha(const vd_fragments *fragments, int uv);
+
+/* Whether a fragment function's alpha gives way to the material's. */
+static inline bool vd_alpha_of_material(const vd_drawing *drawing, const vd_material *material) {
+    return drawing->alpha_of_material && vd_material_kind(material) != VD_KIND_SOLID;
+}
+
+/* What a thing of a sample is told apart by in a target's blended list. */
+static inline uint64_t vd_blended_order(const vd_drawing *drawing, uint32_t id) {
+    return (uint64_t)drawing->frame_id << 32 | id;
+}
 
 /* ---- the visibility buffer ------------------------------------------------------------------- */
 
@@ -190,6 +225,7 @@ typedef struct vd_scene {
     int samples;
     int width, height;
     uint16_t background[4]; /* encoded, premultiplied */
+    bool blended;           /* something in it blends */
 } vd_scene;
 
 /* The draw that an id belongs to. */
@@ -204,16 +240,16 @@ static inline void vd_sample_shift(int samples, int sample, int32_t *x, int32_t 
 
 /* ---- raster_reference.c ---------------------------------------------------------------------- */
 
-/* Fills one triangle into a cleared window, pixel by pixel, in 64 bits. */
-void vd_reference_fill(vd_visible *visible, const vd_setup *setup);
-
 /* Depth and id of all samples of the window. */
-void vd_reference_visibility(const vd_scene *scene, vd_visible *visible);
+void vd_reference_visibility(const vd_scene *scene, vd_visible *visible, vd_batch *batch);
 
 /* Colours the window's samples that show something into the target, a window of the same place and
  * size: colour, depth, frame id. */
 void vd_reference_shade(const vd_scene *scene, const vd_visible *visible, vd_target *target,
                         vd_batch *batch);
+
+/* Adds what blends to the target's list. */
+void vd_reference_blend(const vd_scene *scene, vd_target *target, vd_batch *batch);
 
 /* The plain way from vertices to projected ones, 16 at a time. */
 void vd_project_reference(const vd_drawing *drawing, uint32_t first, uint32_t count);

@@ -191,6 +191,21 @@ void vd_interpolate(const vd_drawing *drawing, uint32_t primitive, int32_t x, in
     }
 }
 
+/* The part that a primitive belongs to; points of all vertices belong to the first. */
+static const vd_mesh_part *find_part(const vd_drawing *drawing, uint32_t primitive) {
+    const vd_mesh_part *parts = vd_mesh_parts(drawing->mesh);
+    uint32_t low = 0, high = drawing->by_vertex ? 0 : drawing->mesh->part_count;
+    while (high - low > 1 && high > 0) { /* the last part that begins at or before the primitive */
+        const uint32_t middle = (low + high) / 2;
+        if (parts[middle].first <= primitive) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return &parts[low];
+}
+
 const vd_material *vd_drawing_material(const vd_drawing *drawing, uint32_t primitive) {
     static const vd_material standard = {.albedo = {0.8f, 0.8f, 0.8f},
                                          .alpha = 1.0f,
@@ -199,20 +214,19 @@ const vd_material *vd_drawing_material(const vd_drawing *drawing, uint32_t primi
     if (drawing->draw.materials == NULL) {
         return &standard;
     }
-    const vd_mesh_part *parts = vd_mesh_parts(drawing->mesh);
-    uint32_t low = 0, high = drawing->mesh->part_count;
-    if (drawing->by_vertex || high == 0) {
-        return &drawing->draw.materials[parts[0].material];
+    return &drawing->draw.materials[find_part(drawing, primitive)->material];
+}
+
+vd_kind vd_drawing_kind(const vd_drawing *drawing, uint32_t primitive, uint32_t *end) {
+    *end = drawing->primitive_count;
+    if (!drawing->special) {
+        return VD_KIND_SOLID;
     }
-    while (high - low > 1) { /* the last part that begins at or before the primitive */
-        const uint32_t middle = (low + high) / 2;
-        if (parts[middle].first <= primitive) {
-            low = middle;
-        } else {
-            high = middle;
-        }
+    const vd_mesh_part *part = find_part(drawing, primitive);
+    if (!drawing->by_vertex) {
+        *end = part->first + part->count;
     }
-    return &drawing->draw.materials[parts[low].material];
+    return vd_material_kind(&drawing->draw.materials[part->material]);
 }
 
 vd_material vd_material_default(void) {
@@ -247,7 +261,12 @@ void vd_batch_run(const vd_drawing *drawing, const vd_material *material, uint32
                                     batch->depth,
                                     batch->w,
                                     batch->color};
-    drawing->fragment(&fragments);
+    if (drawing->fragment != NULL) {
+        drawing->fragment(&fragments);
+    }
+    if (vd_alpha_of_material(drawing, material)) {
+        vd_surface_alpha(&fragments, drawing->uv);
+    }
     for (int c = 0; c < 4; c++) {
         for (int i = 0; i < VD_BATCH; i++) {
             float v = batch->color[c][i];

@@ -25,10 +25,21 @@ typedef struct vd_raster_kernels {
     void (*fill_small)(vd_visible *visible, const vd_drawing *drawing, const uint32_t *primitives,
                        int count);
 
+    /* The same for a chain of blocks, which ends with one without a drawing. */
+    void (*fill_blocks)(vd_visible *visible, const vd_block *blocks);
+
     void (*flush)(vd_visible *visible);
 
     /* Fills one triangle of any size into a window. */
     void (*fill_setup)(vd_visible *visible, const vd_setup *setup);
+
+    /* The same for one whose material is alpha-tested, where its alpha passes. */
+    void (*fill_tested)(const vd_scene *scene, vd_visible *visible, const vd_setup *setup,
+                        vd_batch *batch);
+
+    /* Adds one that blends to a target's list. */
+    void (*add_blended)(const vd_scene *scene, vd_target *target, const vd_setup *setup,
+                        vd_batch *batch);
 
     /* Takes the nearer of two windows' samples, row by row: `from` [height][from_stride]. */
     void (*merge)(vd_visible *visible, int sample, const float *depth, const uint32_t *id,

@@ -3,6 +3,7 @@
 #include <string.h>
 #include "core/wide_records.h"
 #include "raster/raster_kernels.h"
+#include "image/blended.h"
 #include "image/srgb.h"
 
 #define ALL_LANES ((1u << VD_WIDE_LANES) - 1)
@@ -13,12 +14,17 @@
 #include "raster/raster_shade.inl"
 #include "raster/raster_fragments.inl"
 #include "raster/raster_frame.inl"
+#include "raster/raster_lit.inl"
+#include "raster/raster_alpha.inl"
 
 const vd_raster_kernels TABLE = {project,
                                  sort,
                                  fill_small,
+                                 fill_blocks,
                                  flush,
                                  fill_setup,
+                                 fill_tested,
+                                 add_blended,
                                  merge,
                                  shade_frame,
                                  fill_frame,

@@ -85,12 +85,12 @@ void vd_sorter_add_small(vd_sorter *sorter, const vd_drawing *drawing, uint32_t 
 }
 
 static void add_link(vd_sorter *sorter, const vd_setup *setup, int tile) {
-    vd_link *link = sorter->links[tile];
+    vd_link **list = &sorter->links[tile * VD_KIND_COUNT + (int)sorter->kind], *link = *list;
     if (link == NULL || link->count == VD_LINK_ENTRIES) {
         link = vd_arena_take(&sorter->arena, sizeof *link);
-        link->next = sorter->links[tile];
+        link->next = *list;
         link->count = 0;
-        sorter->links[tile] = link;
+        *list = link;
     }
     link->setups[link->count++] = setup;
 }

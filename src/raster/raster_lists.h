@@ -50,7 +50,8 @@ void vd_arena_finish(vd_arena *arena);
 typedef struct vd_sorter {
     vd_arena arena;
     vd_block **blocks; /* [tiles][VD_CLASSES], never null: a full block where there is nothing */
-    vd_link **links;   /* [tiles] */
+    vd_link **links;   /* [tiles][VD_KIND_COUNT] */
+    vd_kind kind;      /* of what vd_sorter_add_primitive adds */
     int tile_shift;    /* log2 of a tile's pixels */
     int tiles_x, tiles_y;
     int width, height; /* of the picture */
@@ -61,7 +62,8 @@ typedef struct vd_sorter {
     uint64_t clipped, drawn;
 } vd_sorter;
 
-/* Adds a triangle to a list of `blocks`, or to all tiles that it may touch. */
+/* Adds a triangle to a list of `blocks`, or to all tiles that it may touch, of the sorter's kind.
+ */
 void vd_sorter_add_small(vd_sorter *sorter, const vd_drawing *drawing, uint32_t primitive,
                          int tile);
 void vd_sorter_add_setup(vd_sorter *sorter, const vd_setup *setup);

@@ -24,7 +24,7 @@ static uint64_t shade_plainly(const vd_scene *scene, const vd_visible *visible, 
 }
 
 static void see_plainly(vd_raster *raster, vd_worker *worker) {
-    vd_reference_visibility(&raster->scene, &worker->visible);
+    vd_reference_visibility(&raster->scene, &worker->visible, worker->batch);
 }
 
 static const vd_raster_kernels plain_kernels = {.project = vd_project_reference,
@@ -98,10 +98,25 @@ typedef struct sort_run {
 
 static void sort_some(void *user, int index, int worker) {
     const sort_run *run = user;
-    const uint32_t first = (uint32_t)index * PRIMITIVES_A_TASK;
-    const uint32_t left = run->drawing->primitive_count - first;
-    run->raster->method->sort(run->raster, &run->raster->workers[worker], run->drawing, first,
-                              left < PRIMITIVES_A_TASK ? left : PRIMITIVES_A_TASK);
+    const vd_drawing *drawing = run->drawing;
+    vd_sorter *sorter = &run->raster->workers[worker].sorter;
+    uint32_t first = (uint32_t)index * PRIMITIVES_A_TASK;
+    const uint32_t left = drawing->primitive_count - first;
+    const uint32_t end = first + (left < PRIMITIVES_A_TASK ? left : PRIMITIVES_A_TASK);
+    while (first < end) {
+        uint32_t run_end;
+        sorter->kind = vd_drawing_kind(drawing, first, &run_end);
+        run_end = run_end < end ? run_end : end;
+        if (sorter->kind == VD_KIND_SOLID) {
+            run->raster->method->sort(run->raster, &run->raster->workers[worker], drawing, first,
+                                      run_end - first);
+        } else {
+            for (uint32_t i = first; i < run_end; i++) {
+                vd_sorter_add_primitive(sorter, drawing, i);
+            }
+        }
+        first = run_end;
+    }
 }
 
 static void clear_tile(vd_visible *window, int x, int y, int tile) {
@@ -144,7 +159,7 @@ static void reset_sorter(vd_raster *raster, vd_worker *worker) {
     for (size_t i = 0; i < tiles * VD_CLASSES; i++) {
         sorter->blocks[i] = full;
     }
-    memset(sorter->links, 0, tiles * sizeof *sorter->links);
+    memset(sorter->links, 0, tiles * VD_KIND_COUNT * sizeof *sorter->links);
 }
 
 vd_status vd_raster_sort(vd_raster *raster, vd_job *job) {
@@ -196,12 +211,20 @@ static void clear_window(vd_visible *visible) {
     memset(visible->hidden, 0, sizeof visible->hidden);
 }
 
+/* The triangles of one kind that a worker sorted to a tile. */
+static const vd_link *first_link(const vd_raster *raster, int worker, int tile, vd_kind kind) {
+    return raster->workers[worker].sorter.links[tile * VD_KIND_COUNT + (int)kind];
+}
+
 bool vd_raster_is_empty(const vd_raster *raster, int x, int y) {
     const int tile = y * raster->tiles_x + x;
     for (int i = 0; i < raster->thread_count; i++) {
         const vd_sorter *sorter = &raster->workers[i].sorter;
-        bool any = raster->method->sort == NULL || sorter->links[tile] != NULL ||
-                   (raster->method->windows && sorter->touched[tile] != 0);
+        bool any =
+            raster->method->sort == NULL || (raster->method->windows && sorter->touched[tile] != 0);
+        for (int kind = 0; kind < VD_KIND_COUNT && !any; kind++) {
+            any = first_link(raster, i, tile, (vd_kind)kind) != NULL;
+        }
         for (int class = 0; class < VD_CLASSES && !any; class ++) {
             any = sorter->blocks[tile * VD_CLASSES + class]->drawing != NULL;
         }
@@ -226,7 +249,8 @@ void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
     const int tile = y * raster->tiles_x + x;
     /* Large triangles first: they hide most. */
     for (int i = 0; i < raster->thread_count; i++) {
-        for (vd_link *l = raster->workers[i].sorter.links[tile]; l != NULL; l = l->next) {
+        for (const vd_link *l = first_link(raster, i, tile, VD_KIND_SOLID); l != NULL;
+             l = l->next) {
             for (int k = 0; k < l->count; k++) {
                 kernels->fill_setup(visible, l->setups[k]);
             }
@@ -235,9 +259,7 @@ void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
     for (int i = 0; i < raster->thread_count; i++) {
         vd_block *const *lists = raster->workers[i].sorter.blocks + (size_t)tile * VD_CLASSES;
         for (int class = 0; class < VD_CLASSES; class ++) {
-            for (const vd_block *b = lists[class]; b->drawing != NULL; b = b->next) {
-                kernels->fill_small(visible, b->drawing, b->primitives, b->count);
-            }
+            kernels->fill_blocks(visible, lists[class]);
         }
     }
     kernels->flush(visible);
@@ -248,6 +270,38 @@ void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
                               (size_t)visible->y * other->window.stride + (size_t)visible->x;
             kernels->merge(visible, s, other->window.depth + at, other->window.id + at,
                            other->window.stride);
+        }
+    }
+    for (int i = 0; i < raster->thread_count; i++) {
+        for (const vd_link *l = first_link(raster, i, tile, VD_KIND_TESTED); l != NULL;
+             l = l->next) {
+            for (int k = 0; k < l->count; k++) {
+                kernels->fill_tested(&raster->scene, visible, l->setups[k], worker->batch);
+            }
+        }
+    }
+}
+
+bool vd_raster_blends(const vd_raster *raster, int x, int y) {
+    bool any = raster->scene.blended && raster->method->sort == NULL;
+    for (int i = 0; i < raster->thread_count && raster->scene.blended && !any; i++) {
+        any = first_link(raster, i, y * raster->tiles_x + x, VD_KIND_BLENDED) != NULL;
+    }
+    return any;
+}
+
+void vd_raster_add_blended(vd_raster *raster, vd_worker *worker, vd_target *target, int x, int y) {
+    if (raster->method->sort == NULL) {
+        vd_reference_blend(&raster->scene, target, worker->batch);
+        return;
+    }
+    const int tile = y * raster->tiles_x + x;
+    for (int i = 0; i < raster->thread_count; i++) {
+        for (const vd_link *l = first_link(raster, i, tile, VD_KIND_BLENDED); l != NULL;
+             l = l->next) {
+            for (int k = 0; k < l->count; k++) {
+                raster->kernels->add_blended(&raster->scene, target, l->setups[k], worker->batch);
+            }
         }
     }
 }
@@ -318,8 +372,8 @@ static vd_status prepare_sorter(vd_raster *raster, vd_worker *worker, const vd_r
     vd_status status = vd_buffer_reserve(context, &worker->blocks, "the tiles' lists",
                                          tiles * VD_CLASSES, sizeof *sorter->blocks);
     if (status.code == VD_OK) {
-        status = vd_buffer_reserve(context, &worker->links, "the tiles' lists", tiles,
-                                   sizeof *sorter->links);
+        status = vd_buffer_reserve(context, &worker->links, "the tiles' lists",
+                                   tiles * VD_KIND_COUNT, sizeof *sorter->links);
     }
     sorter->arena.context = context;
     sorter->blocks = worker->blocks.memory;
@@ -382,6 +436,9 @@ static vd_status prepare_worker(vd_raster *raster, vd_worker *worker, const vd_r
     }
     if (worker->target == NULL) {
         status = vd_target_create(context, tile, tile, samples, &worker->target);
+    }
+    if (status.code == VD_OK && raster->scene.blended) {
+        status = vd_target_reserve_blended(worker->target);
     }
     if (status.code == VD_OK && raster->method->sort != NULL) {
         status = prepare_sorter(raster, worker, def);

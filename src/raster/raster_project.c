@@ -119,11 +119,10 @@ static vd_status check_materials(const vd_draw *draw) {
             return vd_failure(VD_ERROR_ARGUMENT, "material %d has the unknown filter %d", i,
                               (int)m->filter);
         }
-        if (m->alpha_test > 0.0f || m->blend) {
-            return vd_failure(VD_ERROR_UNSUPPORTED,
-                              "material %d is alpha-tested or blended, which is not drawn yet; "
-                              "set alpha_test to 0 and blend to false",
-                              i);
+        if (!(m->alpha_test >= 0.0f && m->alpha_test <= 1.0f)) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "material %d has the alpha test %g; give 0 … 1, 0 for none", i,
+                              (double)m->alpha_test);
         }
     }
     return vd_success();
@@ -155,6 +154,26 @@ static void add_varyings(vd_drawing *drawing, int first, int count) {
     }
 }
 
+/* What alpha of tested and blended materials asks for. */
+static void choose_alpha(vd_drawing *drawing) {
+    const vd_shader *shader = drawing->shader;
+    bool textured = false;
+    for (int i = 0; drawing->draw.materials != NULL && i < drawing->draw.material_count; i++) {
+        const vd_material *m = &drawing->draw.materials[i];
+        if (vd_material_kind(m) != VD_KIND_SOLID) {
+            drawing->special = true;
+            textured = textured || m->texture != NULL;
+        }
+    }
+    drawing->alpha_of_material =
+        shader->fragment == NULL || shader == vd_shader_find(VD_SHADING_DEPTH) ||
+        shader == vd_shader_find(VD_SHADING_NORMALS) || shader == vd_shader_find(VD_SHADING_UV) ||
+        shader == vd_shader_find(VD_SHADING_ID);
+    if (drawing->alpha_of_material && textured && shader->vertex == NULL) {
+        drawing->inputs |= VD_INPUT_UV | VD_INPUT_DERIVATIVES;
+    }
+}
+
 /* The lit shaders want texture coordinates and their changes for textures only. */
 static unsigned choose_inputs(const vd_drawing *drawing) {
     const unsigned inputs = drawing->shader->inputs;
@@ -172,6 +191,7 @@ static void choose_varyings(vd_drawing *drawing) {
     const vd_mesh *mesh = drawing->mesh;
     const vd_shader *shader = drawing->shader;
     drawing->varying_count = 0;
+    drawing->uv = -1;
     if (shader->vertex != NULL) {
         add_varyings(drawing, 0, shader->varying_count);
         drawing->group_stride = (size_t)mesh->vertex_stride * 4;
@@ -181,6 +201,7 @@ static void choose_varyings(vd_drawing *drawing) {
         add_varyings(drawing, mesh->normal, 3);
     }
     if ((drawing->inputs & VD_INPUT_UV) != 0) {
+        drawing->uv = drawing->varying_count;
         add_varyings(drawing, mesh->uv, 2);
     }
     if ((drawing->inputs & VD_INPUT_EXTRA) != 0) {
@@ -248,6 +269,7 @@ vd_status vd_drawing_init(vd_drawing *drawing, const vd_draw *draw, const vd_ras
         return status;
     }
     drawing->inputs = choose_inputs(drawing);
+    choose_alpha(drawing);
     choose_topology(drawing);
     choose_varyings(drawing);
     choose_culling(drawing);

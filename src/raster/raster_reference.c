@@ -49,45 +49,6 @@ static void pixel_range(const int32_t v[3], int low, int count, int *first, int 
     *last = *last < low + count - 1 ? *last : low + count - 1;
 }
 
-void vd_reference_fill(vd_visible *visible, const vd_setup *setup) {
-    int x0, x1, y0, y1;
-    pixel_range(setup->x, visible->x, visible->width, &x0, &x1);
-    pixel_range(setup->y, visible->y, visible->height, &y0, &y1);
-    for (int s = 0; s < visible->samples; s++) {
-        int32_t shift_x, shift_y;
-        vd_sample_shift(visible->samples, s, &shift_x, &shift_y);
-        for (int y = y0; y <= y1; y++) {
-            for (int x = x0; x <= x1; x++) {
-                const int32_t sx = x * VD_SUBPIXELS + shift_x, sy = y * VD_SUBPIXELS + shift_y;
-                if (!covers(setup, sx, sy)) {
-                    continue;
-                }
-                const float z = depth_at(setup, sx, sy);
-                const size_t at = (size_t)s * visible->plane +
-                                  (size_t)(y - visible->y) * visible->stride +
-                                  (size_t)(x - visible->x);
-                if (z > visible->depth[at] ||
-                    (z == visible->depth[at] && setup->id < visible->id[at])) {
-                    visible->depth[at] = z;
-                    visible->id[at] = setup->id;
-                }
-            }
-        }
-    }
-}
-
-static void fill(void *user, const vd_setup *setup) {
-    vd_reference_fill(user, setup);
-}
-
-void vd_reference_visibility(const vd_scene *scene, vd_visible *visible) {
-    for (int i = 0; i < scene->drawing_count; i++) {
-        for (uint32_t p = 0; p < scene->drawings[i].primitive_count; p++) {
-            vd_assemble(&scene->drawings[i], p, fill, visible);
-        }
-    }
-}
-
 /* ---- shading ----------------------------------------------------------------------------------*/
 
 const vd_drawing *vd_scene_drawing(const vd_scene *scene, uint32_t id) {
@@ -113,6 +74,18 @@ static void store_color(const vd_batch *batch, int lane, uint16_t out[4]) {
     out[3] = (uint16_t)alpha;
 }
 
+/* Runs one fragment in lane 0; returns its material. */
+static const vd_material *run_one(const vd_drawing *drawing, uint32_t primitive, float depth,
+                                  int32_t x, int32_t y, vd_batch *batch) {
+    for (int lane = 0; lane < VD_BATCH; lane++) { /* some valid numbers in all lanes */
+        vd_interpolate(drawing, primitive, x, y, lane, batch);
+        batch->depth[lane] = depth;
+    }
+    const vd_material *material = vd_drawing_material(drawing, primitive);
+    vd_batch_run(drawing, material, 1, batch);
+    return material;
+}
+
 static void shade_one(const vd_scene *scene, uint32_t id, float depth, int32_t x, int32_t y,
                       vd_batch *batch, uint16_t out[4]) {
     const vd_drawing *drawing = vd_scene_drawing(scene, id);
@@ -120,11 +93,10 @@ static void shade_one(const vd_scene *scene, uint32_t id, float depth, int32_t x
     if (drawing->fragment == NULL) {
         return;
     }
-    for (int lane = 0; lane < VD_BATCH; lane++) { /* some valid numbers in all lanes */
-        vd_interpolate(drawing, primitive, x, y, lane, batch);
-        batch->depth[lane] = depth;
+    const vd_material *material = run_one(drawing, primitive, depth, x, y, batch);
+    if (vd_material_kind(material) == VD_KIND_TESTED) {
+        batch->color[3][0] = 1.0f;
     }
-    vd_batch_run(drawing, vd_drawing_material(drawing, primitive), 1, batch);
     store_color(batch, 0, out);
 }
 
@@ -178,4 +150,118 @@ void vd_reference_shade(const vd_scene *scene, const vd_visible *visible, vd_tar
             shade_pixel(scene, visible, x, y, target, batch);
         }
     }
+}
+
+/* ---- visibility -------------------------------------------------------------------------------*/
+
+/* What is done with a sample that a triangle covers. */
+typedef struct cover_run cover_run;
+typedef void cover_function(const cover_run *run, uint32_t id, float z, int32_t x, int32_t y,
+                            size_t at);
+
+struct cover_run {
+    const vd_drawing *drawing;
+    cover_function *function;
+    int x, y, width, height, samples; /* the window's */
+    size_t stride, plane;
+    vd_kind kind;
+    vd_batch *batch;
+    vd_visible *visible;
+    vd_target *target;
+};
+
+/* Goes over all samples of a triangle, pixel by pixel, in 64 bits. */
+static void cover(void *user, const vd_setup *setup) {
+    const cover_run *run = user;
+    int x0, x1, y0, y1;
+    pixel_range(setup->x, run->x, run->width, &x0, &x1);
+    pixel_range(setup->y, run->y, run->height, &y0, &y1);
+    for (int s = 0; s < run->samples; s++) {
+        int32_t shift_x, shift_y;
+        vd_sample_shift(run->samples, s, &shift_x, &shift_y);
+        for (int y = y0; y <= y1; y++) {
+            for (int x = x0; x <= x1; x++) {
+                const int32_t sx = x * VD_SUBPIXELS + shift_x, sy = y * VD_SUBPIXELS + shift_y;
+                if (covers(setup, sx, sy)) {
+                    run->function(run, setup->id, depth_at(setup, sx, sy), sx, sy,
+                                  (size_t)s * run->plane + (size_t)(y - run->y) * run->stride +
+                                      (size_t)(x - run->x));
+                }
+            }
+        }
+    }
+}
+
+/* Goes over all samples of all primitives of a scene that are of the run's kind. */
+static void cover_all(const vd_scene *scene, cover_run *run) {
+    for (int i = 0; i < scene->drawing_count; i++) {
+        run->drawing = &scene->drawings[i];
+        for (uint32_t p = 0, end; p < run->drawing->primitive_count; p++) {
+            if (vd_drawing_kind(run->drawing, p, &end) == run->kind) {
+                vd_assemble(run->drawing, p, cover, run);
+            }
+        }
+    }
+}
+
+static void see(const cover_run *run, uint32_t id, float z, int32_t x, int32_t y, size_t at) {
+    vd_visible *visible = run->visible;
+    if (!(z > visible->depth[at] || (z == visible->depth[at] && id < visible->id[at]))) {
+        return;
+    }
+    if (run->kind == VD_KIND_TESTED) {
+        const vd_material *material =
+            run_one(run->drawing, id - run->drawing->first_id, z, x, y, run->batch);
+        if (!(run->batch->color[3][0] >= material->alpha_test)) {
+            return;
+        }
+    }
+    visible->depth[at] = z;
+    visible->id[at] = id;
+}
+
+void vd_reference_visibility(const vd_scene *scene, vd_visible *visible, vd_batch *batch) {
+    cover_run run = {.function = see,
+                     .x = visible->x,
+                     .y = visible->y,
+                     .width = visible->width,
+                     .height = visible->height,
+                     .samples = visible->samples,
+                     .stride = visible->stride,
+                     .plane = visible->plane,
+                     .batch = batch,
+                     .visible = visible};
+    for (int kind = VD_KIND_SOLID; kind <= VD_KIND_TESTED; kind++) {
+        run.kind = (vd_kind)kind;
+        cover_all(scene, &run);
+    }
+}
+
+static void add_blended(const cover_run *run, uint32_t id, float z, int32_t x, int32_t y,
+                        size_t at) {
+    const vd_drawing *drawing = run->drawing;
+    uint16_t color[4];
+    if (drawing->fragment == NULL) {
+        return;
+    }
+    const vd_material *material = run_one(drawing, id - drawing->first_id, z, x, y, run->batch);
+    store_color(run->batch, 0, color);
+    if (run->batch->color[3][0] >= material->alpha_test && color[3] > 0) {
+        vd_target_add_blended(run->target, at, z, vd_blended_order(drawing, id), color);
+    }
+}
+
+void vd_reference_blend(const vd_scene *scene, vd_target *target, vd_batch *batch) {
+    cover_run run = {.function = add_blended,
+                     .x = target->x,
+                     .y = target->y,
+                     .width = target->width,
+                     .height = target->height,
+                     .samples = target->samples,
+                     .stride = target->stride,
+                     .plane = target->plane,
+                     .kind = VD_KIND_BLENDED,
+                     .batch = batch,
+                     .target = target};
+    cover_all(scene, &run);
 }

@@ -76,6 +76,13 @@ bool vd_raster_is_empty(const vd_raster *raster, int x, int y);
 /* Fills the worker's tile at (x, y), in tiles: depth and id. */
 void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y);
 
+/* Whether something that blends was sorted to the tile. */
+bool vd_raster_blends(const vd_raster *raster, int x, int y);
+
+/* Adds what blends in tile (x, y), in tiles, to a target's list; the target's window lies within
+ * the tile. */
+void vd_raster_add_blended(vd_raster *raster, vd_worker *worker, vd_target *target, int x, int y);
+
 /* Gives back what the workers' windows have on a tile. */
 void vd_raster_forget(vd_raster *raster, int x, int y);
 

@@ -185,7 +185,12 @@ static void run_batch(const vd_drawing *drawing, const vd_material *material, ui
                                     batch->depth,
                                     batch->w,
                                     batch->color};
-    drawing->fragment(&fragments);
+    if (drawing->fragment != NULL) {
+        drawing->fragment(&fragments);
+    }
+    if (vd_alpha_of_material(drawing, material)) {
+        vd_surface_alpha(&fragments, drawing->uv);
+    }
     for (int c = 0; c < 4; c++) {
         for (int at = 0; at < VD_BATCH; at += VD_WIDE_LANES) {
             /* max(v, 0) is 0 for what is not a number. */
@@ -260,6 +265,10 @@ static uint32_t shade_group(const vd_scene *scene, const uint32_t *id, const flo
         spread_lanes(drawing, id, depth, part, batch);
         fill_lanes(drawing, x, y, batch);
         run_batch(drawing, material, part, batch);
+        for (int at = 0; vd_material_kind(material) == VD_KIND_TESTED && at < VD_BATCH;
+             at += VD_WIDE_LANES) {
+            vd_wide_store_f32(batch->color[3] + at, vd_wide_splat_f32(1.0f));
+        }
         colored |= part;
         if (colored == part && mask == 0) {
             memcpy(out, batch->color, sizeof batch->color);
@@ -317,8 +326,7 @@ static inline uint32_t hit_lanes(const uint32_t *id, int count) {
 
 /* ---- any number of samples, into a target -----------------------------------------------------*/
 
-static void store_target(const float (*color)[VD_BATCH], uint32_t mask, uint16_t *to) {
-    uint16_t packed[VD_BATCH][4];
+static void pack_16_bits(const float (*color)[VD_BATCH], uint16_t (*packed)[4]) {
     for (int at = 0; at < VD_BATCH; at += VD_WIDE_LANES) {
         vd_wide_u32 c[4];
         to_16_bits(color, at, c);
@@ -328,6 +336,11 @@ static void store_target(const float (*color)[VD_BATCH], uint32_t mask, uint16_t
             }
         }
     }
+}
+
+static void store_target(const float (*color)[VD_BATCH], uint32_t mask, uint16_t *to) {
+    uint16_t packed[VD_BATCH][4];
+    pack_16_bits(color, packed);
     for (; mask != 0; mask &= mask - 1) {
         const int lane = __builtin_ctz(mask);
         memcpy(to + 4 * lane, packed[lane], sizeof packed[lane]);

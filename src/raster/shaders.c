@@ -48,6 +48,17 @@ void vd_surface_albedo(const vd_fragments *f, int uv, float (*albedo)[VD_BATCH])
     }
 }
 
+void vd_surface_alpha(const vd_fragments *f, int uv) {
+    lanes albedo[3];
+    if (uv >= 0) {
+        vd_surface_albedo(f, uv, albedo);
+        return;
+    }
+    EACH_LANE(i) {
+        f->color[3][i] = f->material->alpha;
+    }
+}
+
 /* ---- light ------------------------------------------------------------------------------------*/
 
 const vd_phong vd_phong_standard = {
@@ -84,7 +95,8 @@ static void orient(const vd_fragments *f, const float (*normal)[VD_BATCH], lanes
             eye[2] = -1.0f / far;
         }
         const float length = sqrtf((out[0] * out[0] + out[1] * out[1]) + out[2] * out[2]);
-        const float facing = (out[0] * eye[0] + out[1] * eye[1]) + out[2] * eye[2];
+        const float facing =
+            v->far_m > 0.0f ? -out[2] : (out[0] * eye[0] + out[1] * eye[1]) + out[2] * eye[2];
         const float scale = (facing < 0.0f ? -1.0f : 1.0f) / (length > 0.0f ? length : 1.0f);
         for (int r = 0; r < 3; r++) {
             n[r][i] = out[r] * scale;
@@ -109,6 +121,7 @@ static void light(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv
     const float emission[3] = {m->emission.r, m->emission.g, m->emission.b};
     const float ambient[3] = {phong->ambient.r, phong->ambient.g, phong->ambient.b};
     const int exponent = m->shininess > 1.0f ? (int)m->shininess : 1;
+    const bool parallel = f->view->far_m > 0.0f;
     lanes albedo[3], n[3], eye[3];
     vd_surface_albedo(f, uv, albedo);
     orient(f, normal, n, eye);
@@ -129,6 +142,7 @@ static void light(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv
             for (int r = 0; r < 3; r++) {
                 mirrored = mirrored + (2.0f * cosine * n[r][i] - to[r]) * eye[r][i];
             }
+            mirrored = parallel ? to[2] - 2.0f * cosine * n[2][i] : mirrored;
             const float highlight = mirrored > 0.0f ? power(mirrored, exponent) : 0.0f;
             const vd_linear color = phong->lights[l].color;
             const float lit[3] = {color.r, color.g, color.b};

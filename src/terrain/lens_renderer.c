@@ -79,6 +79,7 @@ void vd_terrain_renderer_destroy(vd_terrain_renderer **renderer_in_out) {
     *renderer_in_out = NULL;
     vd_lens_map_finish(&renderer->map);
     vd_lens_function_finish(&renderer->function);
+    vd_frame_destroy(&renderer->window);
     vd_release(renderer->context, renderer->depth);
     vd_release(renderer->context, renderer->starts);
     vd_release(renderer->context, renderer->workers);

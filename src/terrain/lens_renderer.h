@@ -18,6 +18,8 @@ struct vd_terrain_renderer {
     vd_lens_worker *workers; /* [threads] */
     float *depth, *starts;   /* see vd_lens_picture */
     size_t depths, start_count;
+    vd_frame *window;     /* a target's window, one sample of each pixel; null until one is drawn */
+    size_t window_pixels; /* that it has room for */
     uint32_t sky[VD_LENS_SKY + 1];
 };
 
