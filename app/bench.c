@@ -77,7 +77,9 @@ static const vd_option table[] = {
     {.key = "quick",
      .group = "Options",
      .type = VD_OPTION_SWITCH,
-     .help = "the first three points of every sweep: to try the bench, not to measure"},
+     .help =
+         "the first three points of every sweep, triangles at 1024x1024 only: to try the bench, "
+         "not to measure"},
     {.key = "list",
      .group = "Options",
      .type = VD_OPTION_SWITCH,

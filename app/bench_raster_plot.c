@@ -117,6 +117,24 @@ static void write_ticks(const line *l, FILE *out) {
     fprintf(out, ")\n");
 }
 
+/* Room beside the points, and above them for the key. */
+static void write_ranges(const plot *p, const line *lines, int count, FILE *out) {
+    double low = INFINITY, high = 0;
+    for (int i = 0; i < count; i++) {
+        for (int k = 0; k < lines[i].count; k++) {
+            low = fmin(low, lines[i].y[k]);
+            high = fmax(high, lines[i].y[k]);
+        }
+    }
+    const double first = lines[0].x[0], last = lines[0].x[lines[0].count - 1];
+    if (p->linear) {
+        fprintf(out, "set xrange [%g:%g]\n", first - 10, last + 10);
+    } else {
+        fprintf(out, "set logscale x 2\nset xrange [%g:%g]\n", first / 1.2, last * 1.2);
+    }
+    fprintf(out, "set yrange [%g:%g]\n", low * 0.7, 3 * high * pow(high / low, 0.4));
+}
+
 static void write_panel(const plot *p, const char *title, const line *lines, int count, FILE *out) {
     for (int i = 0; i < count; i++) {
         fprintf(out, "$d%d << EOD\n", i);
@@ -126,7 +144,7 @@ static void write_panel(const plot *p, const char *title, const line *lines, int
         fprintf(out, "EOD\n");
     }
     fprintf(out, "set title \"%s\" noenhanced\n", title);
-    fprintf(out, p->linear ? "unset logscale x\nset xrange [15:110]\n" : "set logscale x 2\n");
+    write_ranges(p, lines, count, out);
     write_ticks(&lines[0], out);
     fprintf(out, "plot ");
     for (int i = 0; i < count; i++) {
@@ -144,8 +162,7 @@ static void write_head(const plot *p, int panels, FILE *out) {
             "set xlabel \"%s\" noenhanced\nset ylabel \"%s\" noenhanced\n"
             "set key top left reverse Left samplen 1.5 spacing 0.9 font ',10'\n"
             "set grid xtics ytics lc rgb '#dddddd' lw 1 dt 1\nset border lc rgb '#888888'\n"
-            "set tics textcolor rgb '#222222'\nset logscale y\nset format y '%%g'\n"
-            "set offsets 0, 0, graph 0.35, 0\n",
+            "set tics textcolor rgb '#222222'\nset logscale y\nset format y '%%g'\n",
             across == 1 ? 520 : 340 * across, 300 * down + 40, down, across, p->title, p->x_axis,
             p->y_axis);
 }

@@ -276,9 +276,7 @@ static vd_status resolve(bench_run *run, const bench_case *self, const bench_vie
     const vd_camera *c = &v->camera;
     if (!bench_program_beside("veduta-resolve", program, sizeof program) ||
         strchr(m->path, '\'') != NULL) {
-        fprintf(stderr, "%s: left out: there is no veduta-resolve beside this program\n",
-                self->name);
-        return vd_success();
+        return vd_failure(VD_ERROR_IO, "veduta-resolve cannot be started with %.200s", m->path);
     }
     snprintf(command, sizeof command, "%s '%s' %d %s %.17g %.17g %.17g %.17g %.17g %.17g %d %g",
              program, m->path, v->frame->width, vd_shading_name(shading), c->eye.x, c->eye.y,
@@ -318,5 +316,11 @@ static vd_status resolve_model(bench_run *run, const bench_case *self, const ben
 }
 
 vd_status bench_raster_resolve(bench_run *run, const bench_case *self) {
+    char program[640];
+    if (!bench_program_beside("veduta-resolve", program, sizeof program)) {
+        fprintf(stderr, "%s: left out: there is no veduta-resolve beside this program\n",
+                self->name);
+        return vd_success();
+    }
     return for_models(run, self, resolve_model);
 }

@@ -195,6 +195,11 @@ static void triangles_have_tables(void **state) {
     assert_int_equal(count("\"case\": \"raster-tiles\""), 10);
     assert_int_equal(count("\"case\": \"raster-resolve\""), 2 * 5);
     assert_int_equal(count("M coloured, same bytes"), 2 * 5);
+    setenv("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent", 1); /* as if Mesa were not installed */
+    assert_int_equal(bench("bunny-1024 --repeat 1 --json - 2>&1 >/dev/null"), 0);
+    assert_int_equal(count("llvmpipe is left out: "), 1);
+    assert_int_equal(count("libgl1-mesa-dri"), 1);
+    unsetenv("__EGL_VENDOR_LIBRARY_DIRS");
     assert_int_equal(bench("monkey-1024 --json - 2>&1 >/dev/null"), 0);
     assert_non_null(strstr(output, "script/bench-models"));
     assert_int_equal(bench("'nothing*' 2>&1"), 2);
