@@ -1,8 +1,10 @@
 /* bench.c: `veduta bench`, measured tables. */
 #include "bench.h"
+#include "bench_raster.h"
 #include "commands.h"
 #include "options.h"
 
+#include <fnmatch.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -59,7 +61,7 @@ static const vd_option table[] = {
      .argument = "N",
      .fallback = "0",
      .help = "measured runs of each, after one to warm up; 0: what fits into two seconds, "
-             "at least 5 (sweeps 0.4 s, 3)"},
+             "at least 5 (sweeps and triangles 0.4 s, 3)"},
     {.key = "isa",
      .group = "Options",
      .type = VD_OPTION_TEXT,
@@ -76,7 +78,9 @@ static const vd_option table[] = {
     {.key = "quick",
      .group = "Options",
      .type = VD_OPTION_SWITCH,
-     .help = "the first three points of every sweep: to try the bench, not to measure"},
+     .help =
+         "the first three points of every sweep, triangles at 1024x1024 only: to try the bench, "
+         "not to measure"},
     {.key = "list",
      .group = "Options",
      .type = VD_OPTION_SWITCH,
@@ -137,7 +141,12 @@ vd_status bench_measure(bench_run *run, bench_work *work, void *user, bench_cloc
     vd_status status = work(user);
     int runs = count_runs(run, bench_wall_ms() - start_ms);
     double times_ms[MOST_RUNS];
+    const double end_ms = bench_wall_ms() + run->most_seconds * 1e3;
     for (int i = 0; i < runs && status.code == VD_OK; i++) {
+        if (i > 0 && run->repeat == 0 && bench_wall_ms() > end_ms) {
+            runs = i;
+            break;
+        }
         start_ms = clock_ms();
         status = work(user);
         times_ms[i] = clock_ms() - start_ms;
@@ -180,7 +189,7 @@ vd_status bench_add_published(bench_run *run, const bench_case *self) {
 }
 
 bench_result bench_result_of(const bench_case *self, const char *method) {
-    bench_result result = {.of = self, .at = NAN, .threads = 1};
+    bench_result result = {.of = self, .at = NAN, .threads = 1, .vs_peer = NAN};
     snprintf(result.method, sizeof result.method, "%s", method);
     return result;
 }
@@ -212,13 +221,15 @@ static void print_help(void) {
         "veduta bench: measure, and check that what is fast draws the same picture\n\n"
         "  veduta bench CASE… [--json FILE] [--plot DIR] [--threads 1,2] [--isa v2,v3,v4]\n\n"
         "Prints a table: median, 99th percentile and minimum after a run to warm up. Ends with 1\n"
-        "when pictures that must be equal are not.\n\nCases\n");
+        "when pictures that must be equal are not. CASE may be a pattern, such as 'dragon*'.\n\n"
+        "Cases\n");
     print_cases(stdout);
     vd_options_print_help(table, (int)(sizeof table / sizeof table[0]), stdout);
     printf("\nExamples\n"
            "  veduta bench terrain --json terrain.json --plot plots\n"
            "  veduta bench classic-default --isa v2,v3,v4\n"
-           "  veduta bench classic --map heights.png --threads 1,2,4\n");
+           "  veduta bench classic --map heights.png --threads 1,2,4\n"
+           "  veduta bench 'dragon*-1024' --threads 2\n");
 }
 
 static const bench_case *find_case(const char *name) {
@@ -247,19 +258,39 @@ typedef struct selection {
     int count;
 } selection;
 
+static void select_case(selection *selected, const bench_case *found) {
+    for (int i = 0; i < selected->count; i++) {
+        if (selected->cases[i] == found) {
+            return;
+        }
+    }
+    if (selected->count < MOST_CASES) {
+        selected->cases[selected->count++] = found;
+    }
+}
+
+/* Adds the cases that a pattern of the shell's fits, such as *-1024; false when none does. */
+static bool select_pattern(selection *selected, const char *pattern) {
+    const bench_case *found;
+    bool any = false;
+    for (int i = 0; (found = bench_case_at(i)) != NULL; i++) {
+        if (fnmatch(pattern, found->name, 0) == 0) {
+            select_case(selected, found);
+            any = true;
+        }
+    }
+    return any;
+}
+
 /* Adds a case, or the members of a group; false when there is no such name. */
 static bool select_name(selection *selected, const char *name) {
     const bench_case *found = find_case(name);
     if (found != NULL) {
-        for (int i = 0; i < selected->count; i++) {
-            if (selected->cases[i] == found) {
-                return true;
-            }
-        }
-        if (selected->count < MOST_CASES) {
-            selected->cases[selected->count++] = found;
-        }
+        select_case(selected, found);
         return true;
+    }
+    if (strpbrk(name, "*?[") != NULL) {
+        return select_pattern(selected, name);
     }
     const bench_group *group = find_group(name);
     const char *at = group != NULL ? group->members : "";
@@ -336,17 +367,25 @@ static vd_status run_cases(bench_run *run, const selection *selected, const vd_o
     const char *plot = options->values[OPTION_PLOT].text;
     vd_status status = plot != NULL ? bench_plot_prepare(plot) : vd_success();
     for (int i = 0; i < selected->count && status.code == VD_OK; i++) {
+        run->seconds = RUN_SECONDS;
+        run->least_runs = LEAST_RUNS;
+        run->most_seconds = INFINITY;
         status = selected->cases[i]->function(run, selected->cases[i]);
     }
     if (status.code != VD_OK) {
         return status;
     }
-    bench_print_table(run, json != NULL && strcmp(json, "-") == 0 ? stderr : stdout);
+    FILE *out = json != NULL && strcmp(json, "-") == 0 ? stderr : stdout;
+    bench_print_table(run, out);
+    bench_print_means(run, out);
     if (json != NULL) {
         status = bench_write_json(run, json);
     }
     if (status.code == VD_OK && plot != NULL) {
         status = bench_plot(run, plot);
+    }
+    if (status.code == VD_OK && plot != NULL) {
+        status = bench_plot_raster(run, plot);
     }
     return status.code == VD_OK ? bench_check_pictures(run) : status;
 }
@@ -382,8 +421,6 @@ static int bench(vd_options *options, bench_run *run, int argc, char **argv) {
         return 2;
     }
     run->repeat = (int)options->values[OPTION_REPEAT].number;
-    run->seconds = RUN_SECONDS;
-    run->least_runs = LEAST_RUNS;
     run->map = options->values[OPTION_MAP].text;
     run->quick = options->values[OPTION_QUICK].number != 0;
     run->quiet = isatty(STDERR_FILENO) == 0;

@@ -29,12 +29,18 @@ typedef struct bench_result {
     double target_fps; /* of docs/performance.md, for this row's SIMD level; 0: none */
     size_t peak_bytes; /* most held by the context at once, map and frame included; 0 for programs:
                           the child's size would count this process' own */
+    size_t peak_resident_bytes; /* most resident memory of the process; 0: not measured */
+    size_t output_bytes;        /* of the picture with its depths; 0: not looked at */
     bool has_hash;
     uint64_t hash;
     bool reference;    /* what the others of its case, SIMD level and parameter are compared with */
     bool same_picture; /* its hash must be that of the first such one with the same `picture` */
     int picture;       /* where a case has several, which */
-    bool published;    /* somebody else's figure: only median_ms and note hold */
+    const char *model; /* of triangles; null elsewhere */
+    int fine;          /* side of a bin's fine tiles; 0: as the method has it */
+    uint64_t fragments, shaded; /* of ways to resolve depth: covered samples, coloured ones */
+    double vs_peer;             /* how many times as fast as llvmpipe; NaN where not compared */
+    bool published;             /* somebody else's figure: only median_ms and note hold */
     char note[64];
 } bench_result;
 
@@ -46,11 +52,13 @@ typedef struct bench_run {
     int repeat;     /* measured runs; 0: as many as fit into `seconds`, at least `least_runs` */
     double seconds; /* for the runs of one thing */
     int least_runs;
-    bool quick;      /* small sizes only: to try the bench itself */
-    bool quiet;      /* no progress on standard error */
-    const char *map; /* "mont-blanc", "mirrored", "noise" or a picture file of heights */
+    double most_seconds; /* after these no further run of the thing begins */
+    bool quick;          /* small sizes only: to try the bench itself */
+    bool quiet;          /* no progress on standard error */
+    const char *map;     /* "mont-blanc", "mirrored", "noise" or a picture file of heights */
     bench_result results[BENCH_MAX_RESULTS];
     int result_count;
+    char peer_missing[160]; /* why llvmpipe is left out, as it was said */
 } bench_run;
 
 /* ---- cases ------------------------------------------------------------------------------------*/
@@ -113,8 +121,9 @@ const bench_case *bench_case_at(int index);
 const bench_group *bench_group_at(int index);
 
 bench_function bench_classic, bench_lens, bench_png, bench_startup, bench_cold, bench_memory,
-    bench_formula, bench_sharing, bench_counters, bench_raster, bench_sweep_classic,
-    bench_sweep_shadow;
+    bench_formula, bench_sharing, bench_counters, bench_raster, bench_raster_levels,
+    bench_raster_triangles, bench_raster_bins, bench_raster_small, bench_raster_tiles,
+    bench_raster_resolve, bench_sweep_classic, bench_sweep_shadow;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 
@@ -213,5 +222,8 @@ VD_MUST_USE vd_status bench_plot_prepare(const char *folder);
 
 /* Writes FOLDER/NAME.svg for every sweep among the results. */
 VD_MUST_USE vd_status bench_plot(const bench_run *run, const char *folder);
+
+/* Runs a gnuplot script into FOLDER/NAME.svg. */
+VD_MUST_USE vd_status bench_gnuplot(FILE *script, const char *folder, const char *name);
 
 #endif

@@ -70,6 +70,13 @@ static const bench_sweep shadow_sun = {BENCH_SHADOW_SUN,
                                        7,
                                        {0, 1, 5, 10, 20, 45, 80}};
 
+/* A published model by every raster method at one size. */
+#define RASTER(model, size, help)                                                                  \
+    { model "-" #size, help, bench_raster, .width = size, .rows = size }
+#define RASTER_SIZES(model, help)                                                                  \
+    RASTER(model, 1024, help), RASTER(model, 2048, help), RASTER(model, 4096, help),               \
+        RASTER(model, 8192, help)
+
 const bench_case *bench_case_at(int index) {
     static const bench_case cases[] = {
         {"classic-default", "the published Voxel Space scene, all methods", bench_classic, 700, 512,
@@ -123,42 +130,23 @@ const bench_case *bench_case_at(int index) {
          .sweep = &shadow_rows},
         {"sweep-shadow-steps", "steps of a shadow's ray: 1 ... 255", bench_sweep_shadow,
          .sweep = &shadow_steps},
-        {"bunny-1024", "the Stanford bunny, 3,674 triangles", bench_raster, .width = 1024,
-         .rows = 1024},
-        {"bunny-2048", "the Stanford bunny, 3,674 triangles", bench_raster, .width = 2048,
-         .rows = 2048},
-        {"bunny-4096", "the Stanford bunny, 3,674 triangles", bench_raster, .width = 4096,
-         .rows = 4096},
-        {"bunny-8192", "the Stanford bunny, 3,674 triangles", bench_raster, .width = 8192,
-         .rows = 8192},
-        {"monkey-1024", "Suzanne, 3,936 triangles", bench_raster, .width = 1024, .rows = 1024},
-        {"monkey-2048", "Suzanne, 3,936 triangles", bench_raster, .width = 2048, .rows = 2048},
-        {"monkey-4096", "Suzanne, 3,936 triangles", bench_raster, .width = 4096, .rows = 4096},
-        {"monkey-8192", "Suzanne, 3,936 triangles", bench_raster, .width = 8192, .rows = 8192},
-        {"armadillo-1024", "the Stanford armadillo, 52,000 triangles", bench_raster, .width = 1024,
-         .rows = 1024},
-        {"armadillo-2048", "the Stanford armadillo, 52,000 triangles", bench_raster, .width = 2048,
-         .rows = 2048},
-        {"armadillo-4096", "the Stanford armadillo, 52,000 triangles", bench_raster, .width = 4096,
-         .rows = 4096},
-        {"armadillo-8192", "the Stanford armadillo, 52,000 triangles", bench_raster, .width = 8192,
-         .rows = 8192},
-        {"dragon202k-1024", "the Stanford dragon, 202,520 triangles", bench_raster, .width = 1024,
-         .rows = 1024},
-        {"dragon202k-2048", "the Stanford dragon, 202,520 triangles", bench_raster, .width = 2048,
-         .rows = 2048},
-        {"dragon202k-4096", "the Stanford dragon, 202,520 triangles", bench_raster, .width = 4096,
-         .rows = 4096},
-        {"dragon202k-8192", "the Stanford dragon, 202,520 triangles", bench_raster, .width = 8192,
-         .rows = 8192},
-        {"dragon871k-1024", "the Stanford dragon, 871,414 triangles", bench_raster, .width = 1024,
-         .rows = 1024},
-        {"dragon871k-2048", "the Stanford dragon, 871,414 triangles", bench_raster, .width = 2048,
-         .rows = 2048},
-        {"dragon871k-4096", "the Stanford dragon, 871,414 triangles", bench_raster, .width = 4096,
-         .rows = 4096},
-        {"dragon871k-8192", "the Stanford dragon, 871,414 triangles", bench_raster, .width = 8192,
-         .rows = 8192},
+        RASTER_SIZES("bunny", "the Stanford bunny, 3,674 triangles"),
+        RASTER_SIZES("monkey", "Suzanne, 3,936 triangles"),
+        RASTER_SIZES("armadillo", "the Stanford armadillo, 52,000 triangles"),
+        RASTER_SIZES("dragon202k", "the Stanford dragon, 202,520 triangles"),
+        RASTER_SIZES("dragon871k", "the Stanford dragon, 871,414 triangles"),
+        {"raster-levels", "thesis table 1: SIMD levels and threads", bench_raster_levels,
+         .width = 1024, .rows = 1024},
+        {"raster-triangles", "tables 2, 3: share of the triangles, sizes, architectures",
+         bench_raster_triangles, .width = 1024, .rows = 1024},
+        {"raster-bins", "table 4: bins and fine tiles of the immediate method", bench_raster_bins,
+         .width = 1024, .rows = 1024},
+        {"raster-small", "table 5: how large a small triangle is", bench_raster_small,
+         .width = 1024, .rows = 1024},
+        {"raster-tiles", "table 6: tiles of the methods that sort", bench_raster_tiles,
+         .width = 1024, .rows = 1024},
+        {"raster-resolve", "three published ways to resolve depth; one thread",
+         bench_raster_resolve, .width = 1024, .rows = 1024},
         {"png", "writing a 1920x1080 picture, by zlib level; CPU time", bench_png, .width = 1920,
          .rows = 1080},
         {"startup", "starting the program until it ends, with --version",
@@ -184,12 +172,15 @@ const bench_group *bench_group_at(int index) {
          "lens-summit-2160p lens-down-2160p"},
         {"sweeps", "time against one parameter at a time",
          "sweep-distance sweep-width sweep-height sweep-map sweep-shadow-q sweep-shadow-steps"},
-        {"raster", "published models by every raster method, beside llvmpipe",
+        {"raster-cells", "published models by every raster method, beside llvmpipe",
          "bunny-1024 bunny-2048 bunny-4096 bunny-8192 "
          "monkey-1024 monkey-2048 monkey-4096 monkey-8192 "
          "armadillo-1024 armadillo-2048 armadillo-4096 armadillo-8192 "
          "dragon202k-1024 dragon202k-2048 dragon202k-4096 dragon202k-8192 "
          "dragon871k-1024 dragon871k-2048 dragon871k-4096 dragon871k-8192"},
+        {"raster-tables", "the tables of the rasterization thesis",
+         "raster-levels raster-triangles raster-bins raster-small raster-tiles raster-resolve"},
+        {"raster", "everything about triangles", "raster-cells raster-tables"},
         {"terrain", "everything about terrain",
          "classic lens lens-views shadow function memory false-sharing counters classic-16384 "
          "lens-16384 "

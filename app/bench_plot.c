@@ -182,18 +182,12 @@ static void write_script(const bench_run *run, const bench_case *of, FILE *out) 
     fprintf(out, "\n");
 }
 
-static vd_status plot_sweep(const bench_run *run, const bench_case *of, const char *folder) {
+vd_status bench_gnuplot(FILE *script, const char *folder, const char *name) {
     char path[512], part[520];
-    if (snprintf(path, sizeof path, "%s/%s.svg", folder, of->name) >= (int)sizeof path) {
+    if (snprintf(path, sizeof path, "%s/%s.svg", folder, name) >= (int)sizeof path) {
         return vd_failure(VD_ERROR_ARGUMENT, "--plot: the folder's path is too long");
     }
     snprintf(part, sizeof part, "%s.part", path);
-    FILE *script = tmpfile();
-    if (script == NULL) {
-        return vd_failure(VD_ERROR_IO, "cannot make a temporary file for gnuplot: %s",
-                          strerror(errno));
-    }
-    write_script(run, of, script);
     vd_status status = vd_success();
     if (fflush(script) != 0 || fseek(script, 0, SEEK_SET) != 0) {
         status = vd_failure(VD_ERROR_IO, "cannot write a temporary file for gnuplot: %s",
@@ -202,13 +196,24 @@ static vd_status plot_sweep(const bench_run *run, const bench_case *of, const ch
     if (status.code == VD_OK) {
         status = run_gnuplot(fileno(script), part);
     }
-    fclose(script);
     if (status.code == VD_OK && rename(part, path) != 0) {
         status = vd_failure(VD_ERROR_IO, "cannot write %.200s: %s", path, strerror(errno));
     }
     if (status.code != VD_OK) {
         unlink(part);
     }
+    return status;
+}
+
+static vd_status plot_sweep(const bench_run *run, const bench_case *of, const char *folder) {
+    FILE *script = tmpfile();
+    if (script == NULL) {
+        return vd_failure(VD_ERROR_IO, "cannot make a temporary file for gnuplot: %s",
+                          strerror(errno));
+    }
+    write_script(run, of, script);
+    const vd_status status = bench_gnuplot(script, folder, of->name);
+    fclose(script);
     return status;
 }
 

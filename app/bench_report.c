@@ -1,5 +1,6 @@
 /* bench_report.c: what `veduta bench` measured, as a table and as JSON. */
 #include "bench.h"
+#include "bench_raster.h"
 #include "commit.h"
 #include "options.h"
 
@@ -93,7 +94,7 @@ static void print_row(const bench_run *run, const bench_result *r, int name_widt
         snprintf(picture, sizeof picture, "%016" PRIx64, r->hash);
     }
     double fps = r->median_ms > 0 ? 1e3 / r->median_ms : 0;
-    fprintf(out, "%-*s %7s %-15s %7s %-4s %10s %10s %10s %9s %8s %7s %8s  %-16s%s%s\n", name_width,
+    fprintf(out, "%-*s %7s %-18s %7s %-4s %10s %10s %10s %9s %8s %7s %8s  %-16s%s%s\n", name_width,
             r->of->name, at, r->method, threads, r->published ? "" : vd_isa_name(r->isa),
             make_cell(r->median_ms, 3).text, make_cell(r->p99_ms, 3).text,
             make_cell(r->min_ms, 3).text, make_cell(fps, fps < 100 ? 2 : 0).text,
@@ -104,7 +105,7 @@ static void print_row(const bench_run *run, const bench_result *r, int name_widt
 
 void bench_print_table(const bench_run *run, FILE *out) {
     int name_width = widest_name(run, 21);
-    fprintf(out, "%-*s %7s %-15s %7s %-4s %10s %10s %10s %9s %8s %7s %8s  %-16s\n", name_width,
+    fprintf(out, "%-*s %7s %-18s %7s %-4s %10s %10s %10s %9s %8s %7s %8s  %-16s\n", name_width,
             "case", "at", "method", "threads", "isa", "median ms", "p99 ms", "min ms", "fps",
             "speed", "target", "peak MB", "picture");
     for (int i = 0; i < run->result_count; i++) {
@@ -141,13 +142,28 @@ static json_t *real_or_null(double number) {
     return number > 0 || number == 0 ? json_real(number) : json_null();
 }
 
+static json_t *count_or_null(uint64_t number) {
+    return number > 0 ? json_integer((json_int_t)number) : json_null();
+}
+
+/* What only triangles have. */
+static void add_raster(json_t *object, const bench_result *r) {
+    json_object_set_new(object, "model", r->model != NULL ? json_string(r->model) : json_null());
+    json_object_set_new(object, "fine_pixels", count_or_null((uint64_t)r->fine));
+    json_object_set_new(object, "peak_resident_bytes", count_or_null(r->peak_resident_bytes));
+    json_object_set_new(object, "output_bytes", count_or_null(r->output_bytes));
+    json_object_set_new(object, "fragments", count_or_null(r->fragments));
+    json_object_set_new(object, "shaded", count_or_null(r->shaded));
+    json_object_set_new(object, "vs_llvmpipe", real_or_null(r->vs_peer));
+}
+
 /* What others published has only a name, a size, a time and a note; the rest is null. */
 static json_t *result_as_json(const bench_run *run, const bench_result *r) {
     char hash[24];
     snprintf(hash, sizeof hash, "%016" PRIx64, r->hash);
     const bench_result *reference = r->published ? NULL : bench_reference_of(run, r);
     bool ours = !r->published;
-    return json_pack(
+    json_t *object = json_pack(
         "{s:s, s:o, s:s, s:b, s:o, s:o, s:i, s:i, s:f, s:o, s:o, s:f, s:o, s:o, s:o, s:o, s:s}",
         "case", r->of->name, "at", real_or_null(r->at), "method", r->method, "published",
         r->published, "threads", ours ? json_integer(r->threads) : json_null(), "isa",
@@ -160,6 +176,37 @@ static json_t *result_as_json(const bench_run *run, const bench_result *r) {
         "target_fps", real_or_null(r->target_fps > 0 ? r->target_fps : NAN), "peak_bytes",
         ours ? json_integer((json_int_t)r->peak_bytes) : json_null(), "hash",
         r->has_hash ? json_string(hash) : json_null(), "note", r->note);
+    add_raster(object, r);
+    return object;
+}
+
+/* The means of all methods; of those with the most threads also by name alone. */
+static void add_means(json_t *root, const bench_run *run) {
+    bench_mean means[BENCH_MOST_MEANS];
+    const int count = bench_means(run, means, BENCH_MOST_MEANS);
+    json_t *all = json_array(), *by_name = json_object();
+    int threads = 0;
+    for (int i = 0; i < count; i++) {
+        threads = means[i].first->threads > threads ? means[i].first->threads : threads;
+    }
+    for (int i = 0; i < count; i++) {
+        const bench_mean *m = &means[i];
+        const char *name = m->first->method;
+        json_array_append_new(
+            all, json_pack("{s:s, s:i, s:s, s:i, s:o, s:o, s:o, s:o, s:o}", "method", name,
+                           "threads", m->first->threads, "isa", vd_isa_name(m->first->isa), "cells",
+                           m->cells, "geomean", real_or_null(m->vs_peer), "least",
+                           real_or_null(m->worst != NULL ? m->worst->vs_peer : NAN), "least_case",
+                           m->worst != NULL ? json_string(m->worst->of->name) : json_null(),
+                           "speed_up", real_or_null(m->speed_up), "memory_of_output_8192",
+                           real_or_null(m->most_memory)));
+        if (m->first->threads == threads && m->cells > 0 &&
+            json_object_get(by_name, name) == NULL) {
+            json_object_set_new(by_name, name, json_real(m->vs_peer));
+        }
+    }
+    json_object_set_new(root, "geomean_vs_llvmpipe", by_name);
+    json_object_set_new(root, "raster_means", all);
 }
 
 vd_status bench_write_json(const bench_run *run, const char *path) {
@@ -172,6 +219,9 @@ vd_status bench_write_json(const bench_run *run, const char *path) {
     json_t *root = json_pack("{s:s, s:s, s:s, s:s, s:s, s:o}", "commit", VEDUTA_COMMIT, "compiler",
                              VEDUTA_COMPILER, "flags", VEDUTA_FLAGS, "cpu", cpu, "map", run->map,
                              "results", results);
+    if (root != NULL) {
+        add_means(root, run);
+    }
     char *text = root ? json_dumps(root, JSON_INDENT(2) | JSON_REAL_PRECISION(7)) : NULL;
     json_decref(root);
     if (text == NULL) {

@@ -1,11 +1,13 @@
 /* llvmpipe.c: the peer of `veduta bench raster`: Mesa's software renderer, through surfaceless EGL.
  *
- *   veduta-llvmpipe MODEL.mesh SIZE depth|phong MATRIX… RUNS [OUT.rgba]
+ *   veduta-llvmpipe MODEL.mesh SIZE depth|phong MATRIX… RUNS SECONDS [OUT.rgba]
  *
  * Draws the mesh into an off-screen picture of SIZE × SIZE, 8-bit colour and 32-bit float depth,
  * by the 16 numbers of a row-major matrix to homogeneous picture space (include/veduta/shader.h),
- * and prints the milliseconds of each run: clear, draw, glFinish, nothing read back. Vertices are
- * in a buffer object. LP_NUM_THREADS sets the threads. OUT gets the pixels, then the depths.
+ * and prints the milliseconds of each run: clear, draw, glFinish, nothing read back; at least RUNS
+ * of them, more while SECONDS last; then "peak" and the most bytes it had resident. Vertices are in
+ * a buffer object, shaders compiled by a first run that does not count. LP_NUM_THREADS sets the
+ * threads. OUT gets the pixels. Any other renderer than llvmpipe is refused.
  */
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -15,6 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include "mesh_file.h"
 
 static void fail(const char *what) {
     fprintf(stderr, "veduta-llvmpipe: %s\n", what);
@@ -30,40 +33,28 @@ static double now_ms(void) {
 /* ---- the model --------------------------------------------------------------------------------*/
 
 typedef struct model {
-    unsigned vertex_count, triangle_count;
-    float *positions, *normals;
-    unsigned *indices;
+    mesh_file file;
+    float *normals; /* [vertex_count][3] */
 } model;
 
 static model read_model(const char *path) {
     model m;
-    char magic[8];
-    unsigned counts[2];
-    FILE *file = fopen(path, "rb");
-    if (file == NULL || fread(magic, 1, 8, file) != 8 || memcmp(magic, "VDBENCH1", 8) != 0 ||
-        fread(counts, 4, 2, file) != 2) {
+    if (!mesh_file_read(path, &m.file)) {
         fail("cannot read the model");
     }
-    m.vertex_count = counts[0];
-    m.triangle_count = counts[1];
-    m.positions = malloc((size_t)m.vertex_count * 12);
-    m.normals = calloc(m.vertex_count, 12);
-    m.indices = malloc((size_t)m.triangle_count * 12);
-    if (m.positions == NULL || m.normals == NULL || m.indices == NULL ||
-        fread(m.positions, 12, m.vertex_count, file) != m.vertex_count ||
-        fread(m.indices, 12, m.triangle_count, file) != m.triangle_count) {
-        fail("the model is short");
+    m.normals = calloc((size_t)m.file.vertex_count + 1, 12);
+    if (m.normals == NULL) {
+        fail("out of memory");
     }
-    fclose(file);
     return m;
 }
 
 /* The shader normalizes. */
 static void compute_normals(model *m) {
-    for (size_t t = 0; t < m->triangle_count; t++) {
-        const unsigned *v = m->indices + 3 * t;
-        const float *a = m->positions + 3 * v[0], *b = m->positions + 3 * v[1];
-        const float *c = m->positions + 3 * v[2];
+    for (size_t t = 0; t < m->file.triangle_count; t++) {
+        const unsigned *v = m->file.indices + 3 * t;
+        const float *a = m->file.positions + 3 * v[0], *b = m->file.positions + 3 * v[1];
+        const float *c = m->file.positions + 3 * v[2];
         double p[3], q[3];
         for (int i = 0; i < 3; i++) {
             p[i] = (double)b[i] - (double)a[i];
@@ -76,7 +67,7 @@ static void compute_normals(model *m) {
             n[2] += (float)(p[0] * q[1] - p[1] * q[0]);
         }
     }
-    for (size_t v = 0; v < m->vertex_count; v++) {
+    for (size_t v = 0; v < m->file.vertex_count; v++) {
         float *n = m->normals + 3 * v;
         const float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         for (int i = 0; i < 3 && length > 0; i++) {
@@ -87,25 +78,31 @@ static void compute_normals(model *m) {
 
 /* ---- OpenGL -----------------------------------------------------------------------------------*/
 
+#define VERSION "#version 300 es\n"
+#define SNAP VERSION "#define SNAP\n"
+
 /* Row 0 of the picture is row 0 of the memory: y is not turned round. */
 static const char vertex_text[] =
-    "#version 300 es\n"
     "uniform mat4 picture; uniform float size;\n"
     "in vec3 position; in vec3 normal; out vec3 n;\n"
     "void main() {\n"
+    "#ifdef SNAP\n"
+    "  vec4 p = picture[0] * position.x + (picture[1] * position.y +\n"
+    "           (picture[2] * position.z + picture[3]));\n"
+    "  p.xy = floor(p.xy / p.w * 256.0 + 0.5) / 256.0 * p.w;\n"
+    "#else\n"
     "  vec4 p = picture * vec4(position, 1.0);\n"
+    "#endif\n"
     "  n = normal;\n"
     "  gl_Position = vec4(2.0 * p.xy / size - p.ww, 2.0 * p.z - p.w, p.w);\n"
     "}\n";
 
 static const char depth_text[] =
-    "#version 300 es\n"
     "precision highp float; in vec3 n; out vec4 color;\n"
     "void main() { float z = gl_FragCoord.z; color = vec4(vec3(z * z * z), 1.0); }\n";
 
 /* vd_phong_default and vd_material_default for a view along −z, y up, x to the right. */
 static const char phong_text[] =
-    "#version 300 es\n"
     "precision highp float; in vec3 n; out vec4 color;\n"
     "vec3 encode(vec3 c) {\n"
     "  c = clamp(c, 0.0, 1.0);\n"
@@ -149,10 +146,10 @@ static void start_egl(void) {
     }
 }
 
-static GLuint compile(GLenum kind, const char *text) {
+static GLuint compile(GLenum kind, const char *head, const char *text) {
     GLuint shader = glCreateShader(kind);
     GLint ok = 0;
-    glShaderSource(shader, 1, &text, NULL);
+    glShaderSource(shader, 2, (const char *[2]){head, text}, NULL);
     glCompileShader(shader);
     glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
     if (!ok) {
@@ -180,10 +177,13 @@ static void make_target(int size) {
     glViewport(0, 0, size, size);
 }
 
-static void load(const model *m, const char *shading, int size, char **matrix) {
+/* `head` is VERSION, or SNAP for the picture that is compared: it rounds vertices to 1/256 pixel
+ * before Mesa's own transformations have rounded them otherwise, which moves a few of a large
+ * picture's vertices to the next 1/256. Timed runs do not have it. */
+static void load(const model *m, const char *head, const char *shading, int size, char **matrix) {
     GLuint program = glCreateProgram(), buffers[3];
-    glAttachShader(program, compile(GL_VERTEX_SHADER, vertex_text));
-    glAttachShader(program, compile(GL_FRAGMENT_SHADER,
+    glAttachShader(program, compile(GL_VERTEX_SHADER, head, vertex_text));
+    glAttachShader(program, compile(GL_FRAGMENT_SHADER, VERSION,
                                     strcmp(shading, "phong") == 0 ? phong_text : depth_text));
     glBindAttribLocation(program, 0, "position");
     glBindAttribLocation(program, 1, "normal");
@@ -196,17 +196,18 @@ static void load(const model *m, const char *shading, int size, char **matrix) {
     glUniformMatrix4fv(glGetUniformLocation(program, "picture"), 1, GL_FALSE, columns);
     glUniform1f(glGetUniformLocation(program, "size"), (float)size);
     glGenBuffers(3, buffers);
-    const float *arrays[2] = {m->positions, m->normals};
+    const float *arrays[2] = {m->file.positions, m->normals};
     for (GLuint i = 0; i < 2; i++) {
         glBindBuffer(GL_ARRAY_BUFFER, buffers[i]);
-        glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)m->vertex_count * 12, arrays[i], GL_STATIC_DRAW);
+        glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)m->file.vertex_count * 12, arrays[i],
+                     GL_STATIC_DRAW);
         glVertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, 0, NULL);
         if (i == 0 || strcmp(shading, "phong") == 0) {
             glEnableVertexAttribArray(i);
         }
     }
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers[2]);
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)m->triangle_count * 12, m->indices,
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)m->file.triangle_count * 12, m->file.indices,
                  GL_STATIC_DRAW);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);
@@ -218,7 +219,7 @@ static void load(const model *m, const char *shading, int size, char **matrix) {
 
 static void draw(const model *m) {
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    glDrawElements(GL_TRIANGLES, (GLsizei)m->triangle_count * 3, GL_UNSIGNED_INT, NULL);
+    glDrawElements(GL_TRIANGLES, (GLsizei)m->file.triangle_count * 3, GL_UNSIGNED_INT, NULL);
     glFinish();
 }
 
@@ -234,27 +235,62 @@ static void save(const char *path, int size) {
     free(pixels);
 }
 
-int main(int argc, char **argv) {
-    if (argc < 21) {
-        fail("takes MODEL.mesh SIZE depth|phong, 16 numbers, RUNS, and OUT.rgba or nothing");
+/* A graphics card's driver would answer too. */
+static void check_renderer(void) {
+    const char *name = (const char *)glGetString(GL_RENDERER);
+    if (name == NULL || strstr(name, "llvmpipe") == NULL) {
+        fprintf(stderr, "veduta-llvmpipe: Mesa draws by %.80s, not by llvmpipe\n",
+                name != NULL ? name : "nothing");
+        exit(1);
     }
-    const int size = atoi(argv[2]), runs = atoi(argv[20]);
+}
+
+/* Not getrusage: its maximum counts what was there before exec, too. */
+static void print_peak(void) {
+    char line[128];
+    long kilobytes = 0;
+    FILE *file = fopen("/proc/self/status", "r");
+    while (file != NULL && fgets(line, sizeof line, file) != NULL) {
+        if (sscanf(line, "VmHWM: %ld", &kilobytes) == 1) {
+            printf("peak %ld\n", kilobytes * 1024);
+        }
+    }
+    if (file != NULL) {
+        fclose(file);
+    }
+}
+
+enum { MOST_RUNS = 200 };
+
+int main(int argc, char **argv) {
+    if (argc < 22) {
+        fail(
+            "takes MODEL.mesh SIZE depth|phong, 16 numbers, RUNS SECONDS, and OUT.rgba or nothing");
+    }
+    const int size = atoi(argv[2]), least_runs = atoi(argv[20]);
+    const double seconds = atof(argv[21]);
+    setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+    setenv("GALLIUM_DRIVER", "llvmpipe", 1);
     model m = read_model(argv[1]);
     if (strcmp(argv[3], "phong") == 0) {
         compute_normals(&m);
     }
     start_egl();
+    check_renderer();
     make_target(size);
-    load(&m, argv[3], size, argv + 4);
-    fprintf(stderr, "%s\n", (const char *)glGetString(GL_RENDERER));
+    load(&m, VERSION, argv[3], size, argv + 4);
     draw(&m);
-    for (int i = 0; i < runs; i++) {
+    const double end_ms = now_ms() + seconds * 1e3;
+    for (int i = 0; i < MOST_RUNS && (i < least_runs || now_ms() < end_ms); i++) {
         const double start = now_ms();
         draw(&m);
         printf("%.4f\n", now_ms() - start);
     }
-    if (argc > 21) {
-        save(argv[21], size);
+    print_peak();
+    if (argc > 22) {
+        load(&m, SNAP, argv[3], size, argv + 4);
+        draw(&m);
+        save(argv[22], size);
     }
     return 0;
 }

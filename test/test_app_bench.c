@@ -3,6 +3,7 @@
 #include "support.h"
 
 #include <stdio.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 
 /* The schedule of 1992 over the committed map. */
@@ -34,11 +35,15 @@ static int count(const char *part) {
 /* Every result has every field, in one object each, and nothing else. */
 static void json_has_the_fields(void **state) {
     (void)state;
-    static const char *const head[] = {"commit", "compiler", "flags", "cpu", "map", "results"};
-    static const char *const fields[] = {"case",   "at",    "method", "published",  "threads",
-                                         "isa",    "width", "height", "median_ms",  "p99_ms",
-                                         "min_ms", "fps",   "speed",  "target_fps", "peak_bytes",
-                                         "hash",   "note"};
+    static const char *const head[] = {
+        "commit",      "compiler", "flags", "cpu", "map", "results", "geomean_vs_llvmpipe",
+        "raster_means"};
+    static const char *const fields[] = {
+        "case",         "at",        "method", "published",   "threads",
+        "isa",          "width",     "height", "median_ms",   "p99_ms",
+        "min_ms",       "fps",       "speed",  "target_fps",  "peak_bytes",
+        "hash",         "note",      "model",  "fine_pixels", "peak_resident_bytes",
+        "output_bytes", "fragments", "shaded", "vs_llvmpipe"};
     enum { HEADS = sizeof head / sizeof head[0], FIELDS = sizeof fields / sizeof fields[0] };
     assert_int_equal(bench("classic-growth --threads 1,2 --repeat 1 --json - 2>/dev/null"), 0);
     char key[64];
@@ -168,6 +173,62 @@ static void sweeps_are_plotted(void **state) {
     assert_int_equal(remove(folder), 0);
 }
 
+/* The folder of the bench's models, with a bunny of one large and many small triangles. */
+static void make_bunny(char folder[512]) {
+    enum { SIDE = 24, COUNT = 2 * SIDE * SIDE };
+    char path[600];
+    snprintf(folder, 512, "%s/test_app_bench_models", VEDUTA_BINARY_DIR);
+    mkdir(folder, 0777);
+    snprintf(path, sizeof path, "%s/bunny.mesh", folder);
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    const uint32_t counts[2] = {(SIDE + 1) * (SIDE + 1), COUNT};
+    fwrite("VDBENCH1", 1, 8, file);
+    fwrite(counts, 4, 2, file);
+    for (uint32_t i = 0; i < counts[0]; i++) {
+        const float x = (float)(i % (SIDE + 1)), y = (float)(i / (SIDE + 1));
+        fwrite((float[3]){x * x, y + 0.2f * x, 0.3f * x - y}, 4, 3, file);
+    }
+    for (uint32_t i = 0; i < COUNT; i++) {
+        const uint32_t at = i / 2 % SIDE + i / 2 / SIDE * (SIDE + 1), next = at + SIDE + 1;
+        fwrite(i % 2 == 0 ? (uint32_t[3]){at, at + 1, next} : (uint32_t[3]){at + 1, next + 1, next},
+               4, 3, file);
+    }
+    fclose(file);
+    setenv("VEDUTA_BENCH_MODELS", folder, 1);
+}
+
+/* All methods and tables, with whatever peer there is; the other models are left out. */
+static void triangles_have_tables(void **state) {
+    (void)state;
+    char folder[512], path[600];
+    make_bunny(folder);
+    assert_int_equal(bench("'bunny-*' --quick --repeat 1 --json - 2>/dev/null"), 0);
+    assert_int_equal(count("\"case\": \"bunny-1024\""), 2 * 2 * 5 + count("\"method\": \"llvm"));
+    assert_int_equal(count("\"model\": \"bunny\""), count("\"case\": \"bunny-1024\""));
+    assert_int_equal(count("\"auto\": "), count("\"vs_llvmpipe\": null") == 20 ? 0 : 1);
+    assert_int_equal(count("\"speed_up\": null"), 2 * 5);
+    assert_int_equal(bench("raster-tables --quick --repeat 1 --threads 2 --json - 2>/dev/null"), 0);
+    assert_int_equal(count("\"case\": \"raster-levels\""), 2 * (int)vd_isa_best());
+    assert_int_equal(count("\"case\": \"raster-triangles\""), 3 * 4);
+    assert_int_equal(count("\"case\": \"raster-small\""), 10);
+    assert_int_equal(count("\"case\": \"raster-tiles\""), 10);
+    assert_int_equal(count("\"case\": \"raster-resolve\""), 2 * 5);
+    assert_int_equal(count("M coloured, same bytes"), 2 * 5);
+    setenv("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent", 1); /* as if Mesa were not installed */
+    assert_int_equal(bench("bunny-1024 --repeat 1 --json - 2>&1 >/dev/null"), 0);
+    assert_int_equal(count("llvmpipe is left out: "), 1);
+    assert_int_equal(count("libgl1-mesa-dri"), 1);
+    unsetenv("__EGL_VENDOR_LIBRARY_DIRS");
+    assert_int_equal(bench("monkey-1024 --json - 2>&1 >/dev/null"), 0);
+    assert_non_null(strstr(output, "script/bench-models"));
+    assert_int_equal(bench("'nothing*' 2>&1"), 2);
+    unsetenv("VEDUTA_BENCH_MODELS");
+    snprintf(path, sizeof path, "%s/bunny.mesh", folder);
+    assert_int_equal(remove(path), 0);
+    assert_int_equal(remove(folder), 0);
+}
+
 /* Without gnuplot, and before anything is measured. */
 static void no_gnuplot_is_told(void **state) {
     (void)state;
@@ -215,10 +276,11 @@ static void bad_use_is_told(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(json_has_the_fields),  cmocka_unit_test(the_pictures_are_pinned),
-        cmocka_unit_test(a_file_is_a_map),      cmocka_unit_test(table_list_and_groups),
-        cmocka_unit_test(cold_makes_its_files), cmocka_unit_test(sweeps_are_plotted),
-        cmocka_unit_test(no_gnuplot_is_told),   cmocka_unit_test(bad_use_is_told),
+        cmocka_unit_test(json_has_the_fields),   cmocka_unit_test(the_pictures_are_pinned),
+        cmocka_unit_test(a_file_is_a_map),       cmocka_unit_test(table_list_and_groups),
+        cmocka_unit_test(cold_makes_its_files),  cmocka_unit_test(sweeps_are_plotted),
+        cmocka_unit_test(no_gnuplot_is_told),    cmocka_unit_test(bad_use_is_told),
+        cmocka_unit_test(triangles_have_tables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
-/* The same frame by Mesa's llvmpipe, where it is installed: no pixel is covered by one only, and
- * greys are at most one level apart, lit colours four (but where a normal is at right angles to the
- * view, and rounding decides which of its sides is lit: a handful of pixels on the outline). */
+/* The same frame by Mesa's llvmpipe, where it is installed, from vertices rounded alike: no pixel
+ * is covered by one only, and greys are at most one level apart, lit colours four (but where a
+ * normal is at right angles to the view, and rounding decides which of its sides is lit: a handful
+ * of pixels on the outline). */
 #include "raster_scenes.h"
 #include <unistd.h>
 
@@ -54,7 +55,7 @@ static uint8_t *draw_peer(const char *model, const char *shading, const vd_camer
     for (int i = 0; i < 16; i++) {
         at += snprintf(command + at, sizeof command - (size_t)at, " %.9g", m.m[i / 4][i % 4]);
     }
-    snprintf(command + at, sizeof command - (size_t)at, " 1 '%s' >/dev/null 2>&1", out);
+    snprintf(command + at, sizeof command - (size_t)at, " 1 0 '%s' >/dev/null 2>&1", out);
     const size_t bytes = (size_t)SIZE * SIZE * 4;
     uint8_t *pixels = NULL;
     if (system(command) == 0) {

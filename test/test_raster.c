@@ -129,7 +129,7 @@ static void bad_draws_are_refused(void **state) {
     assert_ok(vd_frame_create(context, 8, 8, 0, &frame));
     vd_material material = vd_material_default();
     const vd_shader many = {.varying_count = 1000};
-    for (int wrong = 0; wrong <= 12; wrong++) {
+    for (int wrong = 0; wrong <= 13; wrong++) {
         vd_draw draw = vd_draw_default();
         vd_raster_def def = vd_raster_def_default();
         vd_camera camera = flat_camera();
@@ -144,6 +144,7 @@ static void bad_draws_are_refused(void **state) {
         def.far_m = wrong == 9 ? -1.0 : 0.0;
         camera.near_m = wrong == 10 ? (double)NAN : camera.near_m;
         def.tile_pixels = wrong == 11 ? 48 : 0;
+        def.fine_pixels = wrong == 13 ? 8 : 0; /* in bins of 0 */
         if (wrong == 12) {
             material.alpha_test = 1.5f;
             draw.materials = &material;

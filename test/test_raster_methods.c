@@ -35,6 +35,42 @@ static void random_triangles_agree(void **state) {
     vd_context_destroy(&context);
 }
 
+/* Whatever the bench sets: bins, fine tiles, tiles and what is small change no byte. */
+static void sizes_change_nothing(void **state) {
+    (void)state;
+    static const int sizes[][4] = {/* bin, fine, tile, small */
+                                   {16, 4, 16, 1},   {64, 4, 32, 32},    {32, 8, 128, 256},
+                                   {128, 8, 256, 7}, {256, 16, 64, 500}, {16, 16, 16, 100000}};
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    enum { WIDTH = 300, HEIGHT = 170, TRIANGLES = 400 };
+    float positions[9 * TRIANGLES];
+    uint64_t seed = 5;
+    random_triangles(&seed, WIDTH, HEIGHT, positions, TRIANGLES);
+    vd_mesh *mesh = soup(context, positions, TRIANGLES * 3);
+    vd_draw draw = vd_draw_default();
+    draw.mesh = mesh;
+    draw.cull = VD_CULL_NONE;
+    draw.shader = vd_shader_find(VD_SHADING_ID);
+    const vd_camera camera = flat_camera();
+    vd_raster_def def = vd_raster_def_default();
+    vd_frame *expected = draw_frame(context, &def, &camera, &draw, 1, WIDTH, HEIGHT, NULL);
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        for (int m = 0; m < VD_RASTER_METHOD_COUNT; m++) {
+            def.method = (vd_raster_method)m;
+            def.bin_pixels = sizes[i][0];
+            def.fine_pixels = sizes[i][1];
+            def.tile_pixels = sizes[i][2];
+            def.small_pixels = sizes[i][3];
+            vd_frame *frame = draw_frame(context, &def, &camera, &draw, 1, WIDTH, HEIGHT, NULL);
+            assert_same_frames(frame, expected);
+            vd_frame_destroy(&frame);
+        }
+    }
+    vd_frame_destroy(&expected);
+    vd_mesh_destroy(context, &mesh);
+    vd_context_destroy(&context);
+}
+
 static void spheres_agree(void **state) {
     (void)state;
     vd_context *context = test_context(1, VD_ISA_AUTO);
@@ -110,6 +146,7 @@ static void lit_surfaces_agree(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_triangles_agree),
+        cmocka_unit_test(sizes_change_nothing),
         cmocka_unit_test(spheres_agree),
         cmocka_unit_test(lit_surfaces_agree),
     };

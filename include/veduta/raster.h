@@ -79,8 +79,9 @@ typedef struct vd_raster_def {
     int samples;         /* 1, 4 or 8 a pixel */
     vd_rgba8 background; /* straight; alpha 0 is transparent */
     double far_m; /* perspective: nothing farther along the view axis is drawn; 0: no limit */
-    /* For measuring; 0 is what was found best. Powers of two, bin >= tile. */
-    int bin_pixels, tile_pixels;
+    /* For measuring; 0 is what was found best. Powers of two: tiles of the methods that sort; bins
+     * of the immediate one and their fine tiles, 4 to 16 pixels and at most 16 a bin's side. */
+    int bin_pixels, fine_pixels, tile_pixels;
     int small_pixels; /* bounding boxes up to this many pixels count as small triangles */
 } vd_raster_def;
 

@@ -49,6 +49,13 @@ static vd_status check_def(const vd_raster_def *def, const vd_camera *camera) {
             "impossible; give powers of two from 16 to 256, or 0",
             def->bin_pixels, def->tile_pixels, def->small_pixels);
     }
+    const int fine = def->fine_pixels, bin = def->bin_pixels;
+    if (fine != 0 && ((fine != 4 && fine != 8 && fine != 16) || bin < fine || bin > 16 * fine)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "the raster's fine tiles of %d pixels are impossible in bins of %d; give "
+                          "4, 8 or 16 and bins of at most 16 a side, or 0",
+                          fine, bin);
+    }
     if (!(def->far_m == 0.0 || (def->far_m > camera->near_m && isfinite(def->far_m)))) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "the raster's far distance is %g m; give more than the near distance, "

@@ -73,8 +73,8 @@ static void emit_immediate(void *user, const vd_setup *setup) {
 
 static void sort_immediate(vd_raster *raster, vd_worker *worker, const vd_drawing *drawing,
                            uint32_t first, uint32_t count) {
-    const int bin = raster->bin, fine = bin <= 128 ? 8 : 16;
-    vd_immediate_begin(worker->immediate, &worker->window, bin, fine, worker->sorter.small_pixels);
+    vd_immediate_begin(worker->immediate, &worker->window, raster->bin, raster->fine,
+                       worker->sorter.small_pixels);
     for (uint32_t i = first; i < first + count; i++) {
         worker->sorter.clipped += vd_assemble(drawing, i, emit_immediate, worker);
     }
@@ -489,6 +489,7 @@ vd_status vd_raster_choose(vd_raster *raster, const vd_raster_def *def) {
                    : method == VD_RASTER_REFERENCE ? 256
                                                    : TILE;
     raster->bin = def->bin_pixels > 0 ? def->bin_pixels : 32;
+    raster->fine = def->fine_pixels > 0 ? def->fine_pixels : raster->bin <= 128 ? 8 : 16;
     raster->tiles_x = (raster->scene.width + raster->tile - 1) / raster->tile;
     raster->tiles_y = (raster->scene.height + raster->tile - 1) / raster->tile;
     vd_status status = vd_success();

@@ -58,7 +58,7 @@ struct vd_raster {
     uint64_t primitives;
     const vd_method *method;
     const vd_raster_kernels *kernels;
-    int bin, tile, tiles_x, tiles_y;
+    int bin, fine, tile, tiles_x, tiles_y;
     vd_frame *frame;
     bool stream; /* the frame is too large for the caches: store past them */
     bool prepared;
