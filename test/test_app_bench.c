@@ -36,7 +36,8 @@ static int count(const char *part) {
 static void json_has_the_fields(void **state) {
     (void)state;
     static const char *const head[] = {
-        "commit",      "compiler", "flags", "cpu", "map", "results", "geomean_vs_llvmpipe",
+        "commit",           "compiler", "flags",   "cpu",
+        "additions_per_ns", "map",      "results", "geomean_vs_llvmpipe",
         "raster_means"};
     static const char *const fields[] = {
         "case",         "at",        "method", "published",   "threads",
