@@ -13,8 +13,8 @@ typedef struct command {
 } command;
 
 static const command commands[] = {
-    {"render", "a picture of elevation data", vd_command_render},
-    {"info", "what an elevation file holds", vd_command_info},
+    {"render", "a picture of elevation data or a model", vd_command_render},
+    {"info", "what an elevation file or a model holds", vd_command_info},
     {"compare", "how two pictures differ", vd_command_compare},
     {"bench", "measured tables", vd_command_bench},
 };
@@ -33,6 +33,7 @@ static void print_help(FILE *out) {
           "examples\n"
           "  veduta render dem.tif -o view.png\n"
           "  veduta render N45E006.hgt N45E007.hgt --sun 270,20 --shadows on -o evening.png\n"
+          "  veduta render dragon.ply -o dragon.png\n"
           "  veduta info dem.tif\n\n"
           "exit status: 0 done, 1 failed (bad data), 2 bad use\n",
           out);

@@ -8,12 +8,13 @@
 static void print_help(void) {
     fputs(
         "usage: veduta render [OPTIONS] HEIGHTS… [-o view.png]\n"
+        "       veduta render [OPTIONS] MODEL [-o view.png]\n"
         "       veduta render --classic KEY=VALUE,… --height H.png --color C.png [-o view.png]\n"
         "       veduta render OPTIONS.json\n\n"
         "Draws a view of elevation data: PNG, PGM, .hgt, ESRI ASCII and raw files, and with GDAL\n"
         "everything that it reads; - is standard input, for what needs neither name nor GDAL.\n"
-        "Several files become one terrain. An option may be written --name VALUE or "
-        "--name=VALUE.\n",
+        "Several files become one terrain. Or of a model: OBJ and PLY, and with assimp STL, OFF,\n"
+        "glTF, FBX, COLLADA and others. An option may be written --name VALUE or --name=VALUE.\n",
         stdout);
     vd_options_print_help(vd_render_table, OPTION_COUNT, stdout);
     fputs("\nexamples\n"
@@ -21,6 +22,8 @@ static void print_help(void) {
           "  veduta render N45E006.hgt N45E007.hgt --azimuth 200 --elevation 20 -o alps.png\n"
           "  veduta render dem.tif --color landsat.tif --bands 3,2,1 --exaggerate 2\n"
           "  veduta render dem.tif --eye 45.8786,6.8873,2m --target 45.8326,6.8652 --fov 30\n"
+          "  veduta render dragon.ply -o dragon.png\n"
+          "  veduta render bunny.obj --wireframe --azimuth 40 --background transparent\n"
           "  veduta render heights.png --height-encoding terrarium --cell-size 30\n"
           "  veduta render dem.tif --sun 90,10 --save dawn.json; veduta render dawn.json -s "
           "640x360\n",
@@ -83,9 +86,9 @@ static vd_status read_settings(int argc, char **argv, vd_options *options,
 
 /* What would be refused after a long run is refused before it. */
 static vd_status check_outputs(const vd_render_settings *s, const char *save) {
-    const char *read[66] = {s->color, NULL};
-    int count = 1;
-    for (int i = 0; i < s->input_count && count < 66; i++) {
+    const char *read[67] = {s->color, s->model.texture};
+    int count = 2;
+    for (int i = 0; i < s->input_count && count < 67; i++) {
         read[count++] = s->inputs[i];
     }
     vd_status status = vd_success();
@@ -160,10 +163,11 @@ static vd_status save(vd_render_run *run, const char *command) {
 static bool report_json(const vd_render_run *run, double seconds) {
     const vd_render_settings *s = run->settings;
     vd_memory_stats memory = vd_context_memory(run->context);
-    json_t *root = json_pack("{s: s, s: i, s: i, s: f, s: f, s: O?, s: O?, s: O}", "veduta",
-                             vd_version(), "width", s->width, "height", s->height, "seconds",
-                             seconds, "draw_seconds", run->draw_seconds, "camera", run->camera_all,
-                             "terrain", run->terrain, "warnings", run->notes.list);
+    json_t *root =
+        json_pack("{s: s, s: i, s: i, s: f, s: f, s: O?, s: O*, s: O*, s: O}", "veduta",
+                  vd_version(), "width", s->width, "height", s->height, "seconds", seconds,
+                  "draw_seconds", run->draw_seconds, "camera", run->camera_all, "terrain",
+                  run->terrain, "model", run->model, "warnings", run->notes.list);
     bool failed = root == NULL;
     if (s->dry_run) {
         json_int_t bytes = (json_int_t)run->estimated_bytes;
@@ -214,7 +218,10 @@ static vd_status report(const vd_render_run *run) {
 }
 
 static vd_status draw_and_save(vd_render_run *run, const char *command) {
-    vd_status status = run->settings->classic ? vd_render_classic(run) : vd_render_terrain(run);
+    const vd_render_settings *s = run->settings;
+    vd_status status = s->classic    ? vd_render_classic(run)
+                       : s->is_model ? vd_render_model(run)
+                                     : vd_render_terrain(run);
     if (status.code == VD_OK && vd_job_stopped(run->job)) {
         status = vd_failure(VD_ERROR_CANCELLED, "cancelled");
     }
@@ -259,6 +266,7 @@ static int run_render(const vd_render_settings *settings, const char *command, c
     json_decref(run.camera);
     json_decref(run.camera_all);
     json_decref(run.terrain);
+    json_decref(run.model);
     vd_frame_destroy(&run.frame);
     vd_job_destroy(&run.job);
     vd_context_destroy(&run.context);

@@ -20,15 +20,18 @@ typedef struct vd_render_run {
     char flags[1024];   /* the camera as flags */
     json_t *camera;     /* the camera as an options file: the PNG's text, --print-camera */
     json_t *camera_all; /* the camera in every spelling, for --json */
-    json_t *terrain;    /* what was drawn, for --json */
+    json_t *terrain;    /* what was drawn, for --json; null for a model */
+    json_t *model;      /* likewise; null for terrain */
     vd_frame_stats stats;
     double draw_seconds;    /* drawing alone; after a dry run the estimate */
     double ready_seconds;   /* dry run: from the start until drawing would begin */
     size_t estimated_bytes; /* dry run: the most memory that the process holds */
 } vd_render_run;
 
-/* Loads and draws, or estimates where settings->dry_run: a terrain, the classic picture. */
+/* Loads and draws, or estimates where settings->dry_run: a terrain, a model, the classic picture.
+ */
 VD_MUST_USE vd_status vd_render_terrain(vd_render_run *run);
+VD_MUST_USE vd_status vd_render_model(vd_render_run *run);
 VD_MUST_USE vd_status vd_render_classic(vd_render_run *run);
 
 /* Creates the frame that the settings ask for. */

@@ -115,7 +115,7 @@ static vd_status read_picture(const vd_options *options, vd_render_settings *out
     }
     static const int samples[] = {1, 4, 8};
     out->samples = samples[(int)number_of(options, OPTION_SAMPLES)];
-    out->filter = (vd_filter)number_of(options, OPTION_FILTER);
+    out->filter = number_of(options, OPTION_FILTER) == 0.0 ? VD_FILTER_NEAREST : VD_FILTER_LINEAR;
     out->threads = (int)number_of(options, OPTION_THREADS);
     out->png_level = (int)number_of(options, OPTION_PNG_LEVEL);
     return vd_success();
@@ -499,6 +499,16 @@ static vd_status read_inputs(const vd_options *options, vd_render_settings *out)
     if (out->classic && out->input_count > 1) {
         return vd_failure(VD_ERROR_ARGUMENT, "--classic draws one map; name one height picture");
     }
+    out->is_model = !out->classic && out->function == NULL;
+    for (int i = 0; i < out->input_count; i++) {
+        out->is_model = out->is_model && vd_is_model_name(out->inputs[i], NULL);
+        if (out->input_count > 1 && vd_is_model_name(out->inputs[i], NULL)) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "%.160s is a model, which is drawn alone; name it without the other "
+                              "files",
+                              out->inputs[i]);
+        }
+    }
     const char *color = text_of(options, OPTION_COLOR), *file = text_of(options, OPTION_OPTIONS);
     int standard =
         (color != NULL && strcmp(color, "-") == 0) + (file != NULL && strcmp(file, "-") == 0);
@@ -538,6 +548,9 @@ vd_status vd_render_settings_read(const vd_options *options, vd_render_settings 
     }
     if (status.code == VD_OK && made.classic) {
         status = read_classic(options, &made);
+    }
+    if (status.code == VD_OK) {
+        status = vd_model_settings_read(options, &made);
     }
     if (status.code == VD_OK) {
         *out = made;

@@ -62,6 +62,19 @@ enum {
     OPTION_CLASSIC,
     OPTION_HEIGHT,
 
+    OPTION_SHADE,
+    OPTION_TEXTURE,
+    OPTION_WIREFRAME,
+    OPTION_POINTS,
+    OPTION_SHOW_NORMALS,
+    OPTION_LINE_WIDTH,
+    OPTION_POINT_SIZE,
+    OPTION_CULL,
+    OPTION_WINDING,
+    OPTION_UP,
+    OPTION_FAR,
+    OPTION_RASTER,
+
     OPTION_OPTIONS,
     OPTION_SAVE,
     OPTION_DRY_RUN,
@@ -102,10 +115,30 @@ typedef struct vd_camera_settings {
     double distance_m;                /* orbit: 0 frames the relief */
     double heading, pitch, roll, fov; /* degrees */
     vd_projection projection;
-    double near_m;
+    double near_m; /* of a model 0: by its size */
+    double far_m;  /* of a model; 0: none */
 } vd_camera_settings;
 
 typedef enum vd_haze_mode { VD_HAZE_AUTO = 0, VD_HAZE_OFF, VD_HAZE_DISTANCE } vd_haze_mode;
+
+typedef enum vd_up { VD_UP_AUTO = 0, VD_UP_Y, VD_UP_Z } vd_up;
+
+/* What is said of a picture of a model. */
+typedef struct vd_model_settings {
+    vd_shading shading;
+    const char *texture; /* a file for all of it; null: the model's own */
+    bool skip_textures;  /* --texture none */
+    vd_fill fill;
+    bool ink; /* lines or points, and no --shade: dark and unlit */
+    bool show_normals;
+    double line_width, point_size; /* pixels */
+    vd_cull cull;
+    vd_winding winding;
+    vd_up up;
+    vd_raster_method method;
+    vd_texture_filter filter;
+    bool sun_given; /* else the light follows the viewer */
+} vd_model_settings;
 
 /* Names point into the vd_options that the settings were made from. */
 typedef struct vd_render_settings {
@@ -131,6 +164,8 @@ typedef struct vd_render_settings {
     vd_dem_def dem;
     bool has_cell_size;
     int band, bands[3]; /* 0: automatic */
+    bool is_model;      /* the input is a model */
+    vd_model_settings model;
     bool classic;
     vd_classic_def classic_def;
     double classic_yaw; /* degrees, as given */
@@ -153,6 +188,14 @@ VD_MUST_USE vd_status vd_render_apply_preset(vd_options *options);
 bool vd_read_color(const char *text, vd_rgba8 *out);
 
 bool vd_ends_with(const char *text, const char *ending);
+
+/* Whether a file's name ends as models' names do; *z_up (may be null) tells which axis points up in
+ * such files by custom. */
+bool vd_is_model_name(const char *path, bool *z_up);
+
+/* Reads what a model's picture has options for, and refuses those that belong to terrain; for a
+ * picture of terrain the other way round. Returns VD_ERROR_ARGUMENT naming the option. */
+VD_MUST_USE vd_status vd_model_settings_read(const vd_options *options, vd_render_settings *out);
 
 /* Reads the camera's options. Returns VD_ERROR_ARGUMENT naming the option. */
 VD_MUST_USE vd_status vd_camera_settings_read(const vd_options *options, vd_camera_settings *out);

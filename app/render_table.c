@@ -8,6 +8,10 @@ static bool is_colormap_name(const char *text) {
     return vd_colormap_find(text, &map);
 }
 
+static bool is_none(const char *text) {
+    return strcmp(text, "none") == 0;
+}
+
 #define PICTURE "Picture"
 #define LOOK "Look"
 #define CAMERA                                                                                     \
@@ -15,6 +19,7 @@ static bool is_colormap_name(const char *text) {
     "heading, pitch)"
 #define DATA "Data: what a file does not say itself"
 #define CLASSIC "Classic: the Voxel Space picture of 1992, all in map samples"
+#define MODEL "Model: for OBJ, PLY, STL, OFF, glTF and other models; what no group says applies too"
 #define RUN "This run"
 
 const vd_option vd_render_table[OPTION_COUNT] = {
@@ -44,10 +49,11 @@ const vd_option vd_render_table[OPTION_COUNT] = {
     [OPTION_FILTER] = {.key = "filter",
                        .group = PICTURE,
                        .type = VD_OPTION_CHOICE,
-                       .argument = "nearest|bilinear",
+                       .argument = "nearest|bilinear|trilinear|anisotropic",
                        .fallback = "bilinear",
                        .help = "how imagery is read between its pixels; with --classic (nearest "
-                               "unless given) heights too"},
+                               "unless given) heights too; the last two are for the textures of "
+                               "models, which are anisotropic unless given"},
     [OPTION_PRESET] =
         {.key = "preset",
          .group = PICTURE,
@@ -120,7 +126,8 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                     .unit = "degrees",
                     .fallback = "315,45",
                     .help =
-                        "the sun's azimuth, clockwise from north, and altitude above the horizon"},
+                        "the sun's azimuth, clockwise from north, and altitude above the horizon; "
+                        "a model is lit from over the viewer's shoulder unless it is given"},
     [OPTION_SHADOWS] = {.key = "shadows",
                         .group = LOOK,
                         .type = VD_OPTION_FLAG,
@@ -182,7 +189,7 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .unit = "degrees clockwise from north",
          .fallback = "0",
          .help = "orbit: the compass direction the camera looks towards; 0 stands in the south "
-                 "and looks north"},
+                 "and looks north (at a model, whose front faces south: -30)"},
     [OPTION_ELEVATION] =
         {.key = "elevation",
          .group = CAMERA,
@@ -193,15 +200,16 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .unit = "degrees above the horizon",
          .fallback = "35",
          .help = "orbit: how high the camera stands over its target; not given, 90 where "
-                 "a framed relief would not be seen"},
-    [OPTION_DISTANCE] = {.key = "distance",
-                         .group = CAMERA,
-                         .type = VD_OPTION_DISTANCE,
-                         .argument = "D",
-                         .min = 1e-6,
-                         .max = 1e12,
-                         .unit = "metres",
-                         .help = "orbit: from camera to target; not given, the relief is framed"},
+                 "a framed relief would not be seen, and 20 with a model"},
+    [OPTION_DISTANCE] =
+        {.key = "distance",
+         .group = CAMERA,
+         .type = VD_OPTION_DISTANCE,
+         .argument = "D",
+         .min = 1e-6,
+         .max = 1e12,
+         .unit = "metres",
+         .help = "orbit: from camera to target; not given, all of it is in the picture"},
     [OPTION_EYE] =
         {.key = "eye",
          .group = CAMERA,
@@ -267,7 +275,7 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                      .max = 1e9,
                      .unit = "metres",
                      .fallback = "0.1",
-                     .help = "nothing nearer is drawn"},
+                     .help = "nothing nearer is drawn; not given, with a model by its size"},
     [OPTION_PRINT_CAMERA] =
         {.key = "print-camera",
          .group = CAMERA,
@@ -374,6 +382,90 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                        .help = "heights: the first channel as it is, wrapping; --color "
                                "gives the colours"},
 
+    [OPTION_SHADE] = {.key = "shade",
+                      .group = MODEL,
+                      .type = VD_OPTION_CHOICE,
+                      .argument = "phong|flat|depth|normals|uv|id|albedo",
+                      .fallback = "phong",
+                      .help = "what surfaces show: light on smooth or flat faces, how near they "
+                              "are, which way they face, their texture coordinates, a colour for "
+                              "each triangle, or their own colour"},
+    [OPTION_TEXTURE] = {.key = "texture",
+                        .group = MODEL,
+                        .type = VD_OPTION_FILE,
+                        .argument = "FILE|none",
+                        .is_name = is_none,
+                        .help = "a picture for all of the model in place of its own textures; "
+                                "none: do without"},
+    [OPTION_WIREFRAME] = {.key = "wireframe",
+                          .group = MODEL,
+                          .type = VD_OPTION_SWITCH,
+                          .help = "draw the edges of the triangles alone"},
+    [OPTION_POINTS] = {.key = "points",
+                       .group = MODEL,
+                       .type = VD_OPTION_SWITCH,
+                       .help = "draw the vertices alone"},
+    [OPTION_SHOW_NORMALS] = {.key = "show-normals",
+                             .group = MODEL,
+                             .type = VD_OPTION_SWITCH,
+                             .help = "draw a short line along the normal of each vertex"},
+    [OPTION_LINE_WIDTH] = {.key = "line-width",
+                           .group = MODEL,
+                           .type = VD_OPTION_REAL,
+                           .argument = "W",
+                           .min = 0.1,
+                           .max = 256,
+                           .unit = "pixels",
+                           .fallback = "1",
+                           .help = "of wireframes, normals and the model's own lines"},
+    [OPTION_POINT_SIZE] = {.key = "point-size",
+                           .group = MODEL,
+                           .type = VD_OPTION_REAL,
+                           .argument = "W",
+                           .min = 0.1,
+                           .max = 256,
+                           .unit = "pixels",
+                           .fallback = "2",
+                           .help = "of points"},
+    [OPTION_CULL] = {.key = "cull",
+                     .group = MODEL,
+                     .type = VD_OPTION_CHOICE,
+                     .argument = "none|back|front",
+                     .fallback = "none",
+                     .help = "which faces are left out: none lights both sides alike, back is "
+                             "faster on closed models"},
+    [OPTION_WINDING] = {.key = "winding",
+                        .group = MODEL,
+                        .type = VD_OPTION_CHOICE,
+                        .argument = "ccw|cw|either",
+                        .fallback = "ccw",
+                        .help =
+                            "which way the corners of a front face go round: counter-clockwise, "
+                            "clockwise, or every face is one"},
+    [OPTION_UP] = {.key = "up",
+                   .group = MODEL,
+                   .type = VD_OPTION_CHOICE,
+                   .argument = "auto|y|z",
+                   .fallback = "auto",
+                   .help = "the model's axis that points up; auto: z in STL and 3MF, which come "
+                           "from engineering, y in all others"},
+    [OPTION_FAR] = {.key = "far",
+                    .group = MODEL,
+                    .type = VD_OPTION_DISTANCE,
+                    .argument = "D",
+                    .min = 1e-6,
+                    .max = 1e15,
+                    .unit = "metres",
+                    .help = "nothing farther along the view axis is drawn; not given, no limit "
+                            "(orthographic: behind all of the model)"},
+    [OPTION_RASTER] = {.key = "raster",
+                       .group = MODEL,
+                       .type = VD_OPTION_CHOICE,
+                       .argument = "auto|scanline|immediate|tiled|hybrid|reference",
+                       .fallback = "auto",
+                       .help = "how triangles are rasterized; all the same bytes; auto: what is "
+                               "fastest for the picture"},
+
     [OPTION_OPTIONS] =
         {.key = "options",
          .group = RUN,
@@ -398,7 +490,7 @@ const vd_option vd_render_table[OPTION_COUNT] = {
     [OPTION_ALLOW_EMPTY] = {.key = "allow-empty",
                             .group = RUN,
                             .type = VD_OPTION_SWITCH,
-                            .help = "write the picture even when no terrain is in it"},
+                            .help = "write the picture even when nothing is in it"},
     [OPTION_JSON] = {.key = "json",
                      .group = RUN,
                      .type = VD_OPTION_SWITCH,

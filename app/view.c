@@ -1,18 +1,15 @@
 /* view.c: camera spellings, and the framing of a terrain.
  *
- * Framing. The directions of the camera's axes are given, its place is not. In coordinates along
- * those axes a point (X, Y, Z) is in the picture of an eye (ex, ey, ez) when
- *     |X − ex| <= tx·(Z − ez)   and   −tt·(Z − ez) <= Y − ey <= tb·(Z − ez),
- * tx, tt, tb being the tangents of the half fields of view less a margin. Each side bounds ex or ey
- * by a line in ez over all points, so the nearest eye that sees everything follows in one pass:
- *     ez = min((min(X + tx·Z) − max(X − tx·Z)) / 2tx, (min(Y + tt·Z) − max(Y − tb·Z)) / (tt + tb)).
- * The Earth's curvature lowers points by their distance from the eye, so the pass is repeated.
+ * The Earth's curvature lowers points by their distance from the eye, so the pass over the terrain
+ * that frames it (framing.h) is repeated.
  */
 #include "view.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "framing.h"
 
 vd_camera_settings vd_camera_settings_default(void) {
     return (vd_camera_settings){.azimuth = strtod(vd_render_table[OPTION_AZIMUTH].fallback, NULL),
@@ -27,23 +24,9 @@ typedef struct framing {
     const vd_heightfield *terrain;
     double exaggeration;
     bool curvature;
-    vd_vec3 x_axis, y_axis, z_axis;   /* the camera's, in the world */
-    double side, top, bottom;         /* tangents */
-    vd_vec3 eye;                      /* of the last pass; curvature is seen from here */
-    vd_vec3 target;                   /* where `reach` is measured from */
-    double left, right, upper, lower; /* the lines' extremes: max, min, min, max */
-    double reach;                     /* distance needed about a fixed target */
-    double box[2][2];                 /* min and max of X and Y */
+    vd_vec3 eye; /* of the last pass; curvature is seen from here */
+    vd_framing frame;
 } framing;
-
-/* Of finite numbers; fmax and fmin are calls. */
-static inline double larger(double a, double b) {
-    return a > b ? a : b;
-}
-
-static inline double smaller(double a, double b) {
-    return a < b ? a : b;
-}
 
 static void frame_point(framing *f, double column, double row, double height) {
     const double *w = f->terrain->world_from_sample;
@@ -53,21 +36,7 @@ static void frame_point(framing *f, double column, double row, double height) {
         double dx = p.x - f->eye.x, dy = p.y - f->eye.y;
         p.z -= vd_curvature_drop(sqrt(dx * dx + dy * dy));
     }
-    double x = vd_vec3_dot(f->x_axis, p), y = vd_vec3_dot(f->y_axis, p),
-           z = vd_vec3_dot(f->z_axis, p);
-    f->left = larger(f->left, x - f->side * z);
-    f->right = smaller(f->right, x + f->side * z);
-    f->lower = larger(f->lower, y - f->bottom * z);
-    f->upper = smaller(f->upper, y + f->top * z);
-    f->box[0][0] = smaller(f->box[0][0], x);
-    f->box[0][1] = larger(f->box[0][1], x);
-    f->box[1][0] = smaller(f->box[1][0], y);
-    f->box[1][1] = larger(f->box[1][1], y);
-    vd_vec3 t = f->target;
-    double tx = x - vd_vec3_dot(f->x_axis, t), ty = y - vd_vec3_dot(f->y_axis, t),
-           tz = z - vd_vec3_dot(f->z_axis, t);
-    f->reach = larger(f->reach, fabs(tx) / f->side - tz);
-    f->reach = larger(f->reach, (ty > 0.0 ? ty / f->bottom : -ty / f->top) - tz);
+    vd_framing_add(&f->frame, p);
 }
 
 /* Passes over the terrain: the corners of every block of a coarse level with their own heights, and
@@ -81,11 +50,7 @@ static void frame_terrain(framing *f) {
     }
     const vd_heightfield_level *l = &h->levels[level];
     const float *maxima = vd_heightfield_level_data(h, level);
-    f->left = f->lower = -INFINITY;
-    f->right = f->upper = INFINITY;
-    f->reach = 0.0;
-    f->box[0][0] = f->box[1][0] = INFINITY;
-    f->box[0][1] = f->box[1][1] = -INFINITY;
+    vd_framing_clear(&f->frame);
     for (int r = 0; r < l->height; r++) {
         for (int c = 0; c < l->width; c++) {
             float highest = maxima[(size_t)r * l->stride + (size_t)c];
@@ -131,17 +96,13 @@ static double scene_diagonal(const vd_scene *scene, double exaggeration) {
 static framing framing_start(const vd_scene *scene, double exaggeration, bool curvature,
                              vd_quat orientation, vd_lens lens, int width, int height) {
     /* The terrain fills 94 % of the width and stays below the upper tenth, which is the sky's. */
-    return (framing){
-        .terrain = scene->terrain,
-        .exaggeration = exaggeration,
-        .curvature = curvature,
-        .x_axis = vd_quat_rotate(orientation, vd_vec3_make(1, 0, 0)),
-        .y_axis = vd_quat_rotate(orientation, vd_vec3_make(0, 1, 0)),
-        .z_axis = vd_quat_rotate(orientation, vd_vec3_make(0, 0, 1)),
-        .side = 0.94 * width / (2.0 * lens.fx),
-        .top = 0.80 * height / (2.0 * lens.fy),
-        .bottom = 0.94 * height / (2.0 * lens.fy),
-    };
+    framing made = {.terrain = scene->terrain,
+                    .exaggeration = exaggeration,
+                    .curvature = curvature,
+                    .frame = vd_framing_start(orientation, lens, width, height, 0.94, 0.80, 0.94)};
+    /* Where the width decides there is height to spare: more of it goes to the sky. */
+    made.frame.low_share = 0.7;
+    return made;
 }
 
 /* Finds target and distance of an orbit that lacks the distance, and maybe the target. */
@@ -151,36 +112,23 @@ static void frame_orbit(framing *f, const vd_scene *scene, vd_camera_settings *e
     bool flat = exact->projection == VD_PROJECTION_ORTHOGRAPHIC;
     /* An orthographic picture's scale follows from the distance alone: heights do not matter. */
     double least = flat ? 1e-9 : 1e-3 * (1.0 + scene_diagonal(scene, f->exaggeration));
-    f->target = has_target ? *target : middle;
-    f->eye = f->target;
+    const vd_vec3 z_axis = f->frame.z_axis;
+    f->frame.target = has_target ? *target : middle;
+    f->eye = f->frame.target;
     for (int pass = 0; pass < 4; pass++) {
         frame_terrain(f);
         if (has_target) {
-            exact->distance_m = fmax(f->reach, least);
-            f->eye = vd_vec3_subtract(*target, vd_vec3_scale(f->z_axis, exact->distance_m));
-            continue;
+            exact->distance_m = fmax(f->frame.reach, least);
+            f->eye = vd_vec3_subtract(*target, vd_vec3_scale(z_axis, exact->distance_m));
+        } else {
+            f->eye = vd_framing_eye(&f->frame, flat, middle);
         }
-        double ez = fmin((f->right - f->left) / (2.0 * f->side),
-                         (f->upper - f->lower) / (f->top + f->bottom));
-        double ex = 0.5 * ((f->left + f->side * ez) + (f->right - f->side * ez));
-        /* Where the width decides there is height to spare: more of it goes to the sky. */
-        double ey = 0.7 * (f->lower + f->bottom * ez) + 0.3 * (f->upper - f->top * ez);
-        if (flat) {
-            ex = 0.5 * (f->box[0][0] + f->box[0][1]);
-            ey = 0.5 * (f->box[1][0] + f->box[1][1]);
-            ez = vd_vec3_dot(f->z_axis, middle) -
-                 fmax((f->box[0][1] - f->box[0][0]) / (2.0 * f->side),
-                      (f->box[1][1] - f->box[1][0]) / (f->top + f->bottom));
-        }
-        f->eye =
-            vd_vec3_add(vd_vec3_add(vd_vec3_scale(f->x_axis, ex), vd_vec3_scale(f->y_axis, ey)),
-                        vd_vec3_scale(f->z_axis, ez));
     }
     if (has_target) {
         return;
     }
-    exact->distance_m = fmax(vd_vec3_dot(f->z_axis, vd_vec3_subtract(middle, f->eye)), least);
-    *target = vd_vec3_add(f->eye, vd_vec3_scale(f->z_axis, exact->distance_m));
+    exact->distance_m = fmax(vd_vec3_dot(z_axis, vd_vec3_subtract(middle, f->eye)), least);
+    *target = vd_vec3_add(f->eye, vd_vec3_scale(z_axis, exact->distance_m));
 }
 
 /* Turns a position of any spelling into one in world metres. */
@@ -392,6 +340,9 @@ void vd_view_flags(const vd_view *view, char *out, size_t out_bytes) {
     used = add_number(out, out_bytes, used, "roll", c->roll);
     used = add_number(out, out_bytes, used, "fov", c->fov);
     used = add_number(out, out_bytes, used, "near", c->near_m);
+    if (c->far_m > 0.0) {
+        used = add_number(out, out_bytes, used, "far", c->far_m);
+    }
     if (c->projection == VD_PROJECTION_ORTHOGRAPHIC) {
         used = add(out, out_bytes, used, "--projection orthographic");
     }
@@ -425,6 +376,9 @@ json_t *vd_view_json(const vd_view *view) {
     failed |= json_object_set_new(root, "roll", json_real(c->roll)) != 0;
     failed |= json_object_set_new(root, "fov", json_real(c->fov)) != 0;
     failed |= json_object_set_new(root, "near", json_real(c->near_m)) != 0;
+    if (c->far_m > 0.0) {
+        failed |= json_object_set_new(root, "far", json_real(c->far_m)) != 0;
+    }
     if (c->projection == VD_PROJECTION_ORTHOGRAPHIC) {
         failed |= json_object_set_new(root, "projection", json_string("orthographic")) != 0;
     }

@@ -16,6 +16,7 @@
 #include <veduta/light.h>
 #include <veduta/matrix.h>
 #include <veduta/mesh.h>
+#include <veduta/model.h>
 #include <veduta/picture.h>
 #include <veduta/raster.h>
 #include <veduta/shader.h>

@@ -1,0 +1,8 @@
+/* Any bytes as OBJ. */
+#include "fuzz_model.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    return fuzz_model("fuzz.obj", data, size);
+}
