@@ -1,9 +1,10 @@
-/* info.c: `veduta info`: what an elevation file holds. */
+/* info.c: `veduta info`: what an elevation file or a model holds. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "commands.h"
+#include "info_model.h"
 #include "png_text.h"
 #include "run.h"
 #include "scene.h"
@@ -214,6 +215,10 @@ static vd_scene_def scene_def(const vd_options *options) {
 }
 
 static vd_status run_info(const vd_options *options, vd_context *context, vd_notes *notes) {
+    if (vd_is_model_name(options->inputs[0], NULL)) {
+        return vd_info_model(context, options->inputs[0], options->values[INFO_JSON].number != 0.0,
+                             notes);
+    }
     vd_scene_def def = scene_def(options);
     vd_scene scene = {0};
     facts f = {.file = options->inputs[0]};
@@ -242,10 +247,13 @@ static void print_help(void) {
         "usage: veduta info [OPTIONS] FILE…\n\n"
         "Says what an elevation file holds: size, type, unit, CRS, cell size, range, missing\n"
         "samples, and the flags of a view that frames it. Of a picture that veduta wrote it also\n"
-        "prints the command and the camera. Several files are taken as one terrain.\n",
+        "prints the command and the camera. Several files are taken as one terrain. Of a model it\n"
+        "says how many vertices, triangles, materials and textures it has, and how large it is.\n",
         stdout);
     vd_options_print_help(table, INFO_COUNT, stdout);
-    fputs("\nexamples\n  veduta info dem.tif\n  veduta info N45E006.hgt --json\n", stdout);
+    fputs("\nexamples\n  veduta info dem.tif\n  veduta info N45E006.hgt --json\n"
+          "  veduta info dragon.ply\n",
+          stdout);
 }
 
 int vd_command_info(int argc, char **argv) {
@@ -258,6 +266,12 @@ int vd_command_info(int argc, char **argv) {
     }
     status = vd_options_parse(&options, argc, argv);
     bool help = status.code == VD_OK && options.values[INFO_HELP].number != 0.0;
+    for (int i = 0; i < options.input_count && status.code == VD_OK; i++) {
+        if (options.input_count > 1 && vd_is_model_name(options.inputs[i], NULL)) {
+            status = vd_failure(VD_ERROR_ARGUMENT, "%.200s is a model; name it alone",
+                                options.inputs[i]);
+        }
+    }
     if (status.code == VD_OK && !help && options.input_count == 0) {
         status = vd_failure(VD_ERROR_ARGUMENT, "there is no file; name one, as in `veduta info "
                                                "dem.tif`");

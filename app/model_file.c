@@ -47,8 +47,8 @@ static vd_status import(vd_context *context, const char *path, const vd_model_de
     (void)def;
     (void)out;
     return vd_failure(VD_ERROR_UNSUPPORTED,
-                      "cannot read %.200s: this veduta was built without assimp and reads OBJ and "
-                      "PLY only; convert the file, or install libassimp-dev and build with "
+                      "cannot read %.200s: this veduta was built without assimp and reads OBJ, PLY "
+                      "and OFF only; convert the file, or install libassimp-dev and build with "
                       "VEDUTA_MODEL=ON",
                       path);
 }
@@ -81,13 +81,14 @@ int vd_model_used_materials(const vd_model *model) {
 
 json_t *vd_model_describe(const vd_model *model) {
     json_int_t counts[VD_TOPOLOGY_COUNT] = {0, 0, 0}, vertices = 0;
-    bool uv = false;
+    bool uv = false, normals = false;
     for (int i = 0; i < VD_TOPOLOGY_COUNT; i++) {
         const vd_mesh *mesh = model->meshes[i];
         if (mesh != NULL) {
             counts[i] = mesh->primitive_count;
             vertices += mesh->vertex_count;
             uv = uv || mesh->uv >= 0;
+            normals = normals || mesh->normal >= 0;
         }
     }
     json_t *textures = json_array();
@@ -107,9 +108,11 @@ json_t *vd_model_describe(const vd_model *model) {
         "format", model->format, "vertices", vertices, "triangles", counts[0], "lines", counts[1],
         "points", counts[2], "flat_triangles", (json_int_t)model->flat_triangles, "materials",
         vd_model_used_materials(model), "textures", textures, "normals",
-        model->computed_normals ? "computed" : "file", "texture_coordinates", (int)uv, "colors",
-        (int)model->has_colors, "up", model->z_up ? "z" : "y", "min", min.x, min.y, min.z, "max",
-        max.x, max.y, max.z);
+        model->computed_normals ? "computed"
+        : normals               ? "file"
+                                : "none",
+        "texture_coordinates", (int)uv, "colors", (int)model->has_colors, "up",
+        model->z_up ? "z" : "y", "min", min.x, min.y, min.z, "max", max.x, max.y, max.z);
     if (failed) {
         json_decref(root);
         return NULL;

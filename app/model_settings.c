@@ -99,7 +99,6 @@ static vd_status refuse_with_terrain(const vd_options *options) {
 /* The camera where it is not given: in front of the model, a little to its left and above. */
 static vd_status settle_camera(const vd_options *options, const char *model,
                                vd_camera_settings *camera) {
-    static const double azimuth = -30.0, elevation = 20.0;
     if ((camera->eye.kind != VD_POSITION_NONE && camera->eye.kind != VD_POSITION_WORLD) ||
         (camera->target.kind != VD_POSITION_NONE && camera->target.kind != VD_POSITION_WORLD)) {
         return vd_failure(VD_ERROR_ARGUMENT,
@@ -107,10 +106,10 @@ static vd_status settle_camera(const vd_options *options, const char *model,
                           camera->eye.kind > VD_POSITION_WORLD ? "eye" : "target", model);
     }
     if (!vd_options_given(options, OPTION_AZIMUTH)) {
-        camera->azimuth = azimuth;
+        camera->azimuth = VD_MODEL_AZIMUTH;
     }
     if (!vd_options_given(options, OPTION_ELEVATION)) {
-        camera->elevation = elevation;
+        camera->elevation = VD_MODEL_ELEVATION;
     }
     if (!vd_options_given(options, OPTION_NEAR)) {
         camera->near_m = 0.0;

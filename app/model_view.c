@@ -12,6 +12,14 @@ static const double filled = 0.9;
  * a reversed float, whose precision a small one does not harm. */
 static const double near_share = 1e-3;
 
+vd_camera_settings vd_model_camera_default(void) {
+    vd_camera_settings settings = vd_camera_settings_default();
+    settings.azimuth = VD_MODEL_AZIMUTH;
+    settings.elevation = VD_MODEL_ELEVATION;
+    settings.near_m = 0.0;
+    return settings;
+}
+
 static vd_vec3 corner(vd_vec3 min, vd_vec3 max, int i) {
     return vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
                         (i & 4) != 0 ? max.z : min.z);

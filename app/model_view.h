@@ -14,6 +14,10 @@ typedef struct vd_placed_model {
 /* Places a model with its up axis along the world's. */
 vd_placed_model vd_place_model(const vd_model *model, vd_up up);
 
+/* The settings of a model's picture without camera options: in front of it, a little to its left
+ * and above, as near as it fits. */
+vd_camera_settings vd_model_camera_default(void);
+
 /* Length of the diagonal of the bounds. */
 double vd_placed_diagonal(const vd_placed_model *placed);
 

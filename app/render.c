@@ -13,7 +13,7 @@ static void print_help(void) {
         "       veduta render OPTIONS.json\n\n"
         "Draws a view of elevation data: PNG, PGM, .hgt, ESRI ASCII and raw files, and with GDAL\n"
         "everything that it reads; - is standard input, for what needs neither name nor GDAL.\n"
-        "Several files become one terrain. Or of a model: OBJ and PLY, and with assimp STL, OFF,\n"
+        "Several files become one terrain. Or of a model: OBJ, PLY and OFF, and with assimp STL,\n"
         "glTF, FBX, COLLADA and others. An option may be written --name VALUE or --name=VALUE.\n",
         stdout);
     vd_options_print_help(vd_render_table, OPTION_COUNT, stdout);

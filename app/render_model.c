@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "model_file.h"
+#include "model_shader.h"
 #include "model_view.h"
 #include "render_run.h"
 
@@ -158,7 +159,11 @@ static void make_draws(studio *s, const vd_model_settings *m) {
         if (plain && (lit || shading == VD_SHADING_NORMALS)) {
             shading = VD_SHADING_ALBEDO; /* clouds and lines without normals */
         }
-        draw->shader = vd_shader_find(shading);
+        /* A texture that is asked for, or comes with the file, wins over colours at vertices. */
+        const bool colored =
+            s->model->has_colors && s->texture == NULL && s->model->texture_count == 0;
+        const vd_shader *with_colors = colored ? vd_colored_shader(shading) : NULL;
+        draw->shader = with_colors != NULL ? with_colors : vd_shader_find(shading);
         draw->uniforms = lit                           ? (const void *)&s->light
                          : shading == VD_SHADING_DEPTH ? (const void *)&s->range
                                                        : NULL;

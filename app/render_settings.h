@@ -87,6 +87,10 @@ enum {
 
 extern const vd_option vd_render_table[OPTION_COUNT];
 
+/* Where a model is looked at from unless it is said: the direction, and how far down. */
+#define VD_MODEL_AZIMUTH (-30.0)
+#define VD_MODEL_ELEVATION 25.0
+
 #define VD_RADIANS_PER_DEGREE (3.14159265358979323846 / 180.0)
 
 typedef enum vd_position_kind {

@@ -200,7 +200,7 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .unit = "degrees above the horizon",
          .fallback = "35",
          .help = "orbit: how high the camera stands over its target; not given, 90 where "
-                 "a framed relief would not be seen, and 20 with a model"},
+                 "a framed relief would not be seen, and 25 with a model"},
     [OPTION_DISTANCE] =
         {.key = "distance",
          .group = CAMERA,

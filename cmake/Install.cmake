@@ -4,13 +4,15 @@ include(CMakePackageConfigHelpers)
 install(TARGETS ${veduta_installed} EXPORT VedutaTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-# geo.h belongs to veduta-io and goes where that goes.
-if(VEDUTA_GEO)
-    install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-else()
-    install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-            PATTERN geo.h EXCLUDE)
+# geo.h belongs to veduta-io and model_import.h to veduta-model: they go where those go.
+set(veduta_left_out)
+if(NOT VEDUTA_GEO)
+    list(APPEND veduta_left_out PATTERN geo.h EXCLUDE)
 endif()
+if(NOT VEDUTA_MODEL)
+    list(APPEND veduta_left_out PATTERN model_import.h EXCLUDE)
+endif()
+install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${veduta_left_out})
 
 # ---- find_package(Veduta) ------------------------------------------------------------------------
 set(veduta_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Veduta)
@@ -40,9 +42,8 @@ if(OPENEXR_CORE_LIBRARY)
     string(REGEX REPLACE "^lib" "-l" openexr_name ${openexr_name})
     string(PREPEND veduta_pc_libs_private "${openexr_name} ")
 endif()
-set(veduta_pc_requires_private "spng libxxhash")
-if(DEFLATE_FOUND)
-    string(APPEND veduta_pc_requires_private " libdeflate")
+if(JPEG_FOUND)
+    string(APPEND veduta_pc_requires_private " libjpeg")
 endif()
 foreach(library ${veduta_installed})
     configure_file(cmake/${library}.pc.in ${PROJECT_BINARY_DIR}/${library}.pc @ONLY)

@@ -225,7 +225,7 @@ static void test_bad(void **state) {
                    PLY_HEAD("3") "element face 1\nproperty list uchar int vertex_indices\n"
                                  "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
                    VD_ERROR_FORMAT, "face 0 (line 13) names vertex 3");
-    expect_failure("a.dae", "x", VD_ERROR_UNSUPPORTED, "neither");
+    expect_failure("a.dae", "x", VD_ERROR_UNSUPPORTED, "none of");
     expect_failure("a.ply", "", VD_ERROR_FORMAT, "empty");
 }
 

@@ -8,8 +8,8 @@
  *         status = vd_raster_render(raster, NULL, &def, &camera, draws, count, frame, NULL);
  *     }
  *
- * The core reads OBJ with its MTL, and PLY, itself; model_import.h (library veduta-model) reads
- * glTF, STL, OFF and what else assimp reads. Everything that a file holds ends up in at most three
+ * The core reads OBJ with its MTL, PLY and OFF itself; model_import.h (library veduta-model) reads
+ * glTF, STL, FBX and what else assimp reads. Everything that a file holds ends up in at most three
  * meshes, by what is joined: triangles, lines, points. Nodes are flattened, polygons cut into
  * triangles (a polygon need not be convex), triangles sorted by material, and where the file has no
  * normals they are computed: for each corner over the triangles around its place that turn by less
@@ -63,15 +63,16 @@ typedef struct vd_model_def {
 /* With textures. */
 VD_API vd_model_def vd_model_def_default(void);
 
-/* Reads OBJ or PLY, by the ending of the path: OBJ with the MTL files and textures that it names,
- * which stand relative to its own folder; PLY in ASCII or binary of either byte order, vertices
- * with normals, texture coordinates and colours, faces, triangle strips, edges, and where there are
- * none of these a cloud of points. `def` may be null. *out is owned by the caller. The log tells
- * what was left out, such as an MTL file that is not there.
- * Returns VD_ERROR_UNSUPPORTED for another ending (model_import.h may know it), VD_ERROR_IO (also
- * for a texture that is not there), VD_ERROR_FORMAT (damaged, an index out of range, a coordinate
- * that is not a number: with the line or element), VD_ERROR_LIMIT, VD_ERROR_EMPTY (no vertices) or
- * VD_ERROR_MEMORY; on failure *out is untouched. */
+/* Reads OBJ, PLY or OFF, by the ending of the path: OBJ with the MTL files and textures that it
+ * names, which stand relative to its own folder; PLY in ASCII or binary of either byte order,
+ * vertices with normals, texture coordinates and colours, faces, triangle strips, edges, and where
+ * there are none of these a cloud of points; OFF as text, with normals, colours and texture
+ * coordinates of its vertices. `def` may be null. *out is owned by the caller. The log tells what
+ * was left out, such as an MTL file that is not there. Returns VD_ERROR_UNSUPPORTED for another
+ * ending (model_import.h may know it), VD_ERROR_IO (also for a texture that is not there),
+ * VD_ERROR_FORMAT (damaged, an index out of range, a coordinate that is not a number: with the line
+ * or element), VD_ERROR_LIMIT, VD_ERROR_EMPTY (no vertices) or VD_ERROR_MEMORY; on failure *out is
+ * untouched. */
 VD_API VD_MUST_USE vd_status vd_model_load(vd_context *context, const char *path,
                                            const vd_model_def *def, vd_model **out);
 
@@ -81,6 +82,39 @@ VD_API VD_MUST_USE vd_status vd_model_decode(vd_context *context, const void *da
                                              size_t size_bytes, const char *path,
                                              const vd_model_def *def, vd_model **out);
 
+/* What a model is made of, for readers of other formats. Everything by vertex; triangles of one
+ * place and material may have vertices of their own: they become one surface where normals are
+ * computed. Arrays may be null where their count is 0 or the comment says so. */
+typedef struct vd_model_source {
+    const char *name;   /* of the file, in error sentences */
+    const char *format; /* for people, at most 31 bytes */
+    bool z_up;
+    size_t vertex_count;
+    const double (*positions)[3];       /* [vertex_count], metres */
+    const float (*normals)[3];          /* [vertex_count], or null; (0, 0, 0): none */
+    const float (*uvs)[2];              /* [vertex_count], or null; (0, 0) is the upper left */
+    const float (*colors)[3];           /* [vertex_count], or null; linear */
+    size_t triangle_count;              /* without triangles, lines and points it is a cloud */
+    const uint32_t (*triangles)[3];     /* vertices */
+    const uint32_t *triangle_materials; /* [triangle_count], or null: all 0 */
+    size_t line_count;
+    const uint32_t (*lines)[2];
+    size_t point_count;
+    const uint32_t *points;
+    int material_count;               /* 0: one grey one */
+    const vd_material *materials;     /* texture and filter are set from the surfaces */
+    const vd_model_surface *surfaces; /* [material_count] */
+    int texture_count;
+    vd_texture *const *textures;      /* taken over on success */
+    const char *const *texture_names; /* copied */
+} vd_model_source;
+
+/* Makes a model of copied arrays. Returns VD_ERROR_FORMAT (a position that is not finite or beyond
+ * 1e15, a number out of range: the sentence opens with "cannot read NAME"), VD_ERROR_LIMIT,
+ * VD_ERROR_EMPTY (no vertices) or VD_ERROR_MEMORY; the textures then stay the caller's. */
+VD_API VD_MUST_USE vd_status vd_model_create(vd_context *context, const vd_model_source *source,
+                                             vd_model **out);
+
 VD_API void vd_model_destroy(vd_model **model);
 
 /* Bounds of everything in the file's own axes, in its own unit. */
@@ -89,6 +123,10 @@ VD_API void vd_model_bounds(const vd_model *model, vd_vec3 *min, vd_vec3 *max);
 /* Fills in draws of all meshes with their materials, both faces drawn, and returns how many. They
  * point into the model. */
 VD_API int vd_model_draws(const vd_model *model, vd_draw draws[VD_TOPOLOGY_COUNT]);
+
+/* What is drawn where a file has no material: a warm grey, darker than vd_material_default, so that
+ * light has room above it. */
+VD_API vd_material vd_model_clay(void);
 
 /* Returns the matrix that turns a model whose y axis points up into the world, where z does: the
  * model's front, +z, then faces south. */

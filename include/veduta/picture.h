@@ -30,8 +30,9 @@ VD_API VD_MUST_USE vd_status vd_picture_create(vd_context *context, int width, i
 VD_API void vd_picture_destroy(vd_picture **picture);
 
 /* Reads a PNG (any colour type and depth: palettes and 1, 2, 4 bits are expanded to 8, tRNS to
- * alpha) or a PGM/PPM (P2, P3, P5, P6; 8 bits up to maxval 255, else 16; values are kept as they
- * stand in the file, not scaled to the maxval). Returns VD_ERROR_IO, VD_ERROR_FORMAT,
+ * alpha), a PGM/PPM (P2, P3, P5, P6; 8 bits up to maxval 255, else 16; values are kept as they
+ * stand in the file, not scaled to the maxval) or a JPEG (grey or RGB; where the build has libjpeg,
+ * else VD_ERROR_UNSUPPORTED, as for one in four inks). Returns VD_ERROR_IO, VD_ERROR_FORMAT,
  * VD_ERROR_LIMIT or VD_ERROR_MEMORY; on failure *out is untouched. */
 VD_API VD_MUST_USE vd_status vd_picture_load(vd_context *context, const char *path,
                                              vd_picture **out);

@@ -1,4 +1,5 @@
-/* veduta.h: the whole core library in one include (geo.h belongs to veduta-io and is separate). */
+/* veduta.h: the whole core library in one include (geo.h belongs to veduta-io and model_import.h to
+ * veduta-model: they are separate). */
 #ifndef VEDUTA_VEDUTA_H
 #define VEDUTA_VEDUTA_H
 

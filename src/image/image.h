@@ -27,6 +27,10 @@ bool vd_pnm_matches(const void *data, size_t size_bytes);
 VD_MUST_USE vd_status vd_pnm_decode(vd_context *context, const void *data, size_t size_bytes,
                                     const char *name, vd_picture **out);
 
+bool vd_jpeg_matches(const void *data, size_t size_bytes);
+VD_MUST_USE vd_status vd_jpeg_decode(vd_context *context, const void *data, size_t size_bytes,
+                                     const char *name, vd_picture **out);
+
 static inline void *vd_picture_row(const vd_picture *picture, int y) {
     return (uint8_t *)picture->data + (size_t)y * picture->stride_bytes;
 }

@@ -80,12 +80,16 @@ vd_status vd_picture_decode(vd_context *context, const void *data, size_t size_b
     if (vd_pnm_matches(data, size_bytes)) {
         return vd_pnm_decode(context, data, size_bytes, name, out);
     }
+    if (vd_jpeg_matches(data, size_bytes)) {
+        return vd_jpeg_decode(context, data, size_bytes, name, out);
+    }
     if (size_bytes == 0) {
         return vd_failure(VD_ERROR_FORMAT, "cannot read %s: it is empty; get the file again", name);
     }
-    return vd_failure(VD_ERROR_FORMAT,
-                      "cannot read %s: it is neither PNG nor PGM nor PPM; convert it to PNG first",
-                      name);
+    return vd_failure(
+        VD_ERROR_FORMAT,
+        "cannot read %s: it is neither PNG nor PGM nor PPM nor JPEG; convert it to PNG first",
+        name);
 }
 
 vd_status vd_picture_load(vd_context *context, const char *path, vd_picture **out) {

@@ -47,13 +47,16 @@ static bool ends_in(const char *path, const char *ending) {
 }
 
 static read_function *find_reader(const char *path) {
-    return ends_in(path, ".ply") ? vd_ply_read : ends_in(path, ".obj") ? vd_obj_read : NULL;
+    return ends_in(path, ".ply")   ? vd_ply_read
+           : ends_in(path, ".obj") ? vd_obj_read
+           : ends_in(path, ".off") ? vd_off_read
+                                   : NULL;
 }
 
 static vd_status unsupported(const char *path) {
     return vd_failure(
         VD_ERROR_UNSUPPORTED,
-        "cannot read %.200s: its name ends in neither .obj nor .ply; convert it to one "
+        "cannot read %.200s: its name ends in none of .obj, .ply and .off; convert it to one "
         "of them",
         path);
 }
@@ -133,6 +136,12 @@ int vd_model_draws(const vd_model *model, vd_draw draws[VD_TOPOLOGY_COUNT]) {
         }
     }
     return count;
+}
+
+vd_material vd_model_clay(void) {
+    vd_material clay = vd_material_default();
+    clay.albedo = (vd_linear){0.60f, 0.57f, 0.53f};
+    return clay;
 }
 
 vd_matrix vd_model_upright(void) {

@@ -90,10 +90,6 @@ VD_MUST_USE vd_status vd_builder_add_polygon(vd_model_builder *builder, const vd
 /* Adds a triangle; as above. */
 VD_MUST_USE vd_status vd_builder_add_triangle(vd_model_builder *builder, const vd_corner corner[3]);
 
-/* What is drawn where a file has no material: darker than vd_material_default, so that light has
- * room above it. */
-vd_material vd_model_clay(void);
-
 /* Appends a material; its number goes to *out. Returns VD_ERROR_MEMORY or VD_ERROR_LIMIT. */
 VD_MUST_USE vd_status vd_builder_add_material(vd_model_builder *builder,
                                               const vd_material *material,
@@ -127,6 +123,7 @@ void vd_triangulate(const double (*points)[3], size_t count, uint32_t *left, uin
 
 /* Readers of one format each. */
 VD_MUST_USE vd_status vd_ply_read(vd_model_builder *builder, const char *text, size_t size_bytes);
+VD_MUST_USE vd_status vd_off_read(vd_model_builder *builder, const char *text, size_t size_bytes);
 VD_MUST_USE vd_status vd_obj_read(vd_model_builder *builder, const char *text, size_t size_bytes);
 
 /* Joins the folder of `path` and `name` into the context's memory ('\\' becomes '/', absolute names

@@ -174,12 +174,6 @@ vd_status vd_builder_add_polygon(vd_model_builder *b, const vd_corner *corners, 
 
 /* ---- materials and textures -------------------------------------------------------------------*/
 
-vd_material vd_model_clay(void) {
-    vd_material clay = vd_material_default();
-    clay.albedo = (vd_linear){0.60f, 0.57f, 0.53f};
-    return clay;
-}
-
 vd_status vd_builder_add_material(vd_model_builder *builder, const vd_material *material,
                                   const vd_model_surface *surface, uint32_t *out) {
     vd_material *to = vd_list_add(builder->context, &builder->materials, 1, sizeof *to);
