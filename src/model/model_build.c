@@ -65,22 +65,33 @@ static uint32_t *make_table(vd_context *context, size_t count, size_t *slots) {
     return table;
 }
 
+static size_t slot_of(const float *position, size_t slots) {
+    uint32_t bits[3];
+    memcpy(bits, position, sizeof bits);
+    return hash(bits[0], bits[1], bits[2]) & (slots - 1);
+}
+
 /* Maps each position to the first one at the same place: a surface goes on where a file repeats
- * positions, as STL does for every triangle and others where normals or textures have a seam. */
+ * positions, as STL does for every triangle and others where normals or textures have a seam. The
+ * slots of the next ones are fetched ahead: waiting for them was three quarters of the time. */
 static bool weld(skin *s, uint32_t *first) {
+    enum { AHEAD = 16 };
     vd_model_builder *b = s->builder;
     float *positions = b->positions.data;
+    const size_t count = b->positions.count;
     size_t slots;
-    uint32_t *table = make_table(b->context, b->positions.count, &slots);
-    for (size_t i = 0; i < b->positions.count && table != NULL; i++) {
-        uint32_t bits[3];
-        for (size_t k = 0; k < 3; k++) {
-            positions[3 * i + k] += 0.0f; /* −0 becomes 0 */
+    uint32_t *table = make_table(b->context, count, &slots);
+    for (size_t i = 0; i < 3 * count; i++) {
+        positions[i] += 0.0f; /* −0 becomes 0 */
+    }
+    for (size_t i = 0; i < count && table != NULL; i++) {
+        const float *here = positions + 3 * i;
+        if (i + AHEAD < count) {
+            __builtin_prefetch(&table[slot_of(here + 3 * AHEAD, slots)]);
         }
-        memcpy(bits, positions + 3 * i, sizeof bits);
-        size_t at = hash(bits[0], bits[1], bits[2]) & (slots - 1);
+        size_t at = slot_of(here, slots);
         while (table[at] != VD_NO_INDEX &&
-               memcmp(positions + 3 * (size_t)table[at], bits, sizeof bits) != 0) {
+               memcmp(positions + 3 * (size_t)table[at], here, 3 * sizeof *here) != 0) {
             at = (at + 1) & (slots - 1);
         }
         if (table[at] == VD_NO_INDEX) {

@@ -45,6 +45,9 @@ typedef enum vd_by { VD_BY_NONE = 0, VD_BY_POSITION, VD_BY_CORNER } vd_by;
 typedef struct vd_model_builder {
     vd_context *context;
     const char *path; /* in error sentences */
+    /* What went wrong, where a function returned false: a vd_status is 400 bytes, and handing one
+     * up through five calls for each of a million faces took longer than reading them. */
+    vd_status failure;
     vd_model_def def;
     vd_model *model; /* format and z_up are the reader's to fill in */
     vd_vec3 anchor;  /* positions are relative to it; set by the first one */
@@ -71,24 +74,24 @@ VD_MUST_USE vd_status vd_builder_init(vd_model_builder *builder, vd_context *con
 /* Releases what is left; the model too unless vd_model_build has handed it over. */
 void vd_builder_finish(vd_model_builder *builder);
 
+/* Keeps a failure and returns false. */
+bool vd_builder_fail(vd_model_builder *builder, vd_status failure);
+
 /* Adds a position. False when it is not finite, too far away, or memory is out: vd_builder_refuse
- * says which. */
+ * finds which, keeps that and returns false. */
 static inline bool vd_builder_add_position(vd_model_builder *b, double x, double y, double z);
-vd_status vd_builder_refuse(const vd_model_builder *builder, const char *where, double x, double y,
-                            double z);
+bool vd_builder_refuse(vd_model_builder *builder, const char *where, double x, double y, double z);
 
 /* One corner of a polygon or line. */
 typedef struct vd_corner {
     uint32_t position, uv, normal; /* VD_NO_INDEX: none */
 } vd_corner;
 
-/* Adds a polygon of at least three corners, cut into triangles. Returns VD_ERROR_MEMORY or
- * VD_ERROR_LIMIT. */
-VD_MUST_USE vd_status vd_builder_add_polygon(vd_model_builder *builder, const vd_corner *corners,
-                                             size_t count);
-
-/* Adds a triangle; as above. */
-VD_MUST_USE vd_status vd_builder_add_triangle(vd_model_builder *builder, const vd_corner corner[3]);
+/* Adds a polygon of at least three corners, cut into triangles; a triangle. False, with the failure
+ * kept, when memory is out or there are too many. */
+VD_MUST_USE bool vd_builder_add_polygon(vd_model_builder *builder, const vd_corner *corners,
+                                        size_t count);
+VD_MUST_USE bool vd_builder_add_triangle(vd_model_builder *builder, const vd_corner corner[3]);
 
 /* Appends a material; its number goes to *out. Returns VD_ERROR_MEMORY or VD_ERROR_LIMIT. */
 VD_MUST_USE vd_status vd_builder_add_material(vd_model_builder *builder,

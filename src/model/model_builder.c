@@ -60,46 +60,51 @@ void vd_builder_finish(vd_model_builder *builder) {
     vd_model_destroy(&builder->model);
 }
 
-vd_status vd_builder_refuse(const vd_model_builder *builder, const char *where, double x, double y,
-                            double z) {
+bool vd_builder_fail(vd_model_builder *builder, vd_status failure) {
+    builder->failure = failure;
+    return false;
+}
+
+bool vd_builder_refuse(vd_model_builder *builder, const char *where, double x, double y, double z) {
     const double v[3] = {x, y, z};
     for (int i = 0; i < 3; i++) {
         if (!vd_is_place(v[i])) {
-            return vd_failure(
-                VD_ERROR_FORMAT,
-                "cannot read %.160s: %s has the %c coordinate %g, which is %s; remove "
-                "it or give a place",
-                builder->path, where, "xyz"[i], v[i],
-                v[i] != v[i] ? "not a number" : "beyond 1e15");
+            return vd_builder_fail(
+                builder,
+                vd_failure(
+                    VD_ERROR_FORMAT,
+                    "cannot read %.160s: %s has the %c coordinate %g, which is %s; remove it "
+                    "or give a place",
+                    builder->path, where, "xyz"[i], v[i],
+                    v[i] != v[i] ? "not a number" : "beyond 1e15"));
         }
     }
-    if (builder->positions.count >= VD_MODEL_MAX_COUNT) {
-        return vd_failure(VD_ERROR_LIMIT,
-                          "cannot read %.160s: it has more than %zu vertices; split it",
-                          builder->path, VD_MODEL_MAX_COUNT);
-    }
-    return vd_out_of_memory("a model's vertices", builder->positions.count * 3 * sizeof(float));
+    return vd_builder_fail(
+        builder,
+        builder->positions.count >= VD_MODEL_MAX_COUNT
+            ? vd_failure(VD_ERROR_LIMIT,
+                         "cannot read %.160s: it has more than %zu vertices; split it",
+                         builder->path, VD_MODEL_MAX_COUNT)
+            : vd_out_of_memory("a model's vertices", builder->positions.count * 3 * sizeof(float)));
 }
 
 /* ---- triangles --------------------------------------------------------------------------------*/
 
-static vd_status out_of_corners(const vd_model_builder *b) {
-    if (b->corners.count >= VD_MODEL_MAX_COUNT) {
-        return vd_failure(VD_ERROR_LIMIT,
-                          "cannot read %.160s: it has more than %zu triangles; split it", b->path,
-                          VD_MODEL_MAX_COUNT / 3);
-    }
-    return vd_out_of_memory("a model's triangles", b->corners.count * sizeof(uint32_t));
+static bool out_of_corners(vd_model_builder *b) {
+    return vd_builder_fail(
+        b, b->corners.count >= VD_MODEL_MAX_COUNT
+               ? vd_failure(VD_ERROR_LIMIT,
+                            "cannot read %.160s: it has more than %zu triangles; split it", b->path,
+                            VD_MODEL_MAX_COUNT / 3)
+               : vd_out_of_memory("a model's triangles", b->corners.count * sizeof(uint32_t)));
 }
 
-/* Adds `fill` for what came before the first corner that has a number. */
-static bool add_numbers(vd_model_builder *b, vd_list *list, vd_by *by, const vd_corner corner[3],
-                        bool uv) {
-    bool any = *by == VD_BY_CORNER;
-    for (int i = 0; i < 3 && !any; i++) {
-        any = (uv ? corner[i].uv : corner[i].normal) != VD_NO_INDEX;
-    }
-    if (*by == VD_BY_POSITION || !any) {
+/* Adds a triangle's numbers of texture coordinates or normals; before the first one that has any,
+ * VD_NO_INDEX for all triangles so far. */
+static bool add_numbers(vd_model_builder *b, vd_list *list, vd_by *by, const uint32_t numbers[3]) {
+    const bool any =
+        numbers[0] != VD_NO_INDEX || numbers[1] != VD_NO_INDEX || numbers[2] != VD_NO_INDEX;
+    if (*by == VD_BY_POSITION || (*by == VD_BY_NONE && !any)) {
         return true;
     }
     *by = VD_BY_CORNER;
@@ -108,14 +113,12 @@ static bool add_numbers(vd_model_builder *b, vd_list *list, vd_by *by, const vd_
     if (to == NULL) {
         return false;
     }
-    for (size_t i = 0; i < missing; i++) {
-        const size_t k = i + 3 - missing; /* the last three are this triangle's */
-        to[i] = i + 3 < missing ? VD_NO_INDEX : uv ? corner[k].uv : corner[k].normal;
-    }
+    memset(to, 0xff, (missing - 3) * sizeof *to);
+    memcpy(to + missing - 3, numbers, 3 * sizeof *to);
     return true;
 }
 
-vd_status vd_builder_add_triangle(vd_model_builder *b, const vd_corner corner[3]) {
+bool vd_builder_add_triangle(vd_model_builder *b, const vd_corner c[3]) {
     uint32_t *to = b->corners.count >= VD_MODEL_MAX_COUNT
                        ? NULL
                        : vd_list_add(b->context, &b->corners, 3, sizeof *to);
@@ -123,28 +126,28 @@ vd_status vd_builder_add_triangle(vd_model_builder *b, const vd_corner corner[3]
         return out_of_corners(b);
     }
     for (int i = 0; i < 3; i++) {
-        to[i] = corner[i].position;
+        to[i] = c[i].position;
     }
-    if (!add_numbers(b, &b->corner_uvs, &b->uvs_by, corner, true) ||
-        !add_numbers(b, &b->corner_normals, &b->normals_by, corner, false)) {
+    const uint32_t uvs[3] = {c[0].uv, c[1].uv, c[2].uv};
+    const uint32_t normals[3] = {c[0].normal, c[1].normal, c[2].normal};
+    if (!add_numbers(b, &b->corner_uvs, &b->uvs_by, uvs) ||
+        !add_numbers(b, &b->corner_normals, &b->normals_by, normals)) {
         return out_of_corners(b);
     }
     if (b->material == 0 && b->triangle_materials.count == 0) {
-        return vd_success();
+        return true;
     }
     const size_t missing = b->corners.count / 3 - b->triangle_materials.count;
     uint32_t *material = vd_list_add(b->context, &b->triangle_materials, missing, sizeof *material);
     if (material == NULL) {
         return out_of_corners(b);
     }
-    for (size_t i = 0; i + 1 < missing; i++) {
-        material[i] = 0;
-    }
+    memset(material, 0, (missing - 1) * sizeof *material);
     material[missing - 1] = b->material;
-    return vd_success();
+    return true;
 }
 
-vd_status vd_builder_add_polygon(vd_model_builder *b, const vd_corner *corners, size_t count) {
+bool vd_builder_add_polygon(vd_model_builder *b, const vd_corner *corners, size_t count) {
     if (count == 3) {
         return vd_builder_add_triangle(b, corners);
     }
@@ -152,7 +155,7 @@ vd_status vd_builder_add_polygon(vd_model_builder *b, const vd_corner *corners, 
     const size_t bytes = sizeof(double[3]) + sizeof(uint32_t) + sizeof(uint32_t[3]);
     double(*points)[3] = vd_list_add(b->context, &b->polygon, count, bytes);
     if (points == NULL) {
-        return vd_out_of_memory("a polygon", count * bytes);
+        return vd_builder_fail(b, vd_out_of_memory("a polygon", count * bytes));
     }
     uint32_t(*triangles)[3] = (uint32_t(*)[3])(void *)(points + count);
     uint32_t *left = (uint32_t *)(void *)(triangles + count);
@@ -163,13 +166,13 @@ vd_status vd_builder_add_polygon(vd_model_builder *b, const vd_corner *corners, 
         }
     }
     vd_triangulate((const double(*)[3])points, count, left, triangles);
-    vd_status status = vd_success();
-    for (size_t t = 0; t + 2 < count && status.code == VD_OK; t++) {
+    bool added = true;
+    for (size_t t = 0; t + 2 < count && added; t++) {
         const vd_corner triangle[3] = {corners[triangles[t][0]], corners[triangles[t][1]],
                                        corners[triangles[t][2]]};
-        status = vd_builder_add_triangle(b, triangle);
+        added = vd_builder_add_triangle(b, triangle);
     }
-    return status;
+    return added;
 }
 
 /* ---- materials and textures -------------------------------------------------------------------*/

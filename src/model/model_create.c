@@ -15,7 +15,8 @@ static vd_status copy_vertices(vd_model_builder *b, const vd_model_source *sourc
         if (!vd_builder_add_position(b, p[0], p[1], p[2])) {
             char where[48];
             (void)snprintf(where, sizeof where, "vertex %zu", i);
-            return vd_builder_refuse(b, where, p[0], p[1], p[2]);
+            (void)vd_builder_refuse(b, where, p[0], p[1], p[2]);
+            return b->failure;
         }
     }
     const struct {

@@ -19,9 +19,11 @@ typedef struct off {
     vd_list polygon; /* vd_corner */
 } off;
 
-static vd_status bad_line(const off *o, const char *what) {
-    return vd_failure(VD_ERROR_FORMAT, "cannot read %.160s: line %d %s; get the file again",
-                      o->builder->path, o->text.line, what);
+static bool bad_line(const off *o, const char *what) {
+    return vd_builder_fail(o->builder,
+                           vd_failure(VD_ERROR_FORMAT,
+                                      "cannot read %.160s: line %d %s; get the file again",
+                                      o->builder->path, o->text.line, what));
 }
 
 /* Moves to the next line that has something beside a comment. */
@@ -36,7 +38,7 @@ static void next_line(off *o) {
 }
 
 /* [ST][C][N]OFF, which may be missing; 4OFF and nOFF are of other dimensions. */
-static vd_status read_head(off *o, int64_t *faces) {
+static bool read_head(off *o, int64_t *faces) {
     next_line(o);
     vd_text before = o->text;
     char word[16];
@@ -55,11 +57,12 @@ static vd_status read_head(off *o, int64_t *faces) {
         before = o->text;
     }
     o->text = before;
-    if (strncmp(o->text.at, "BINARY", (size_t)(o->text.end - o->text.at) < 6 ? 0 : 6) == 0 &&
-        o->text.end - o->text.at >= 6) {
-        return vd_failure(VD_ERROR_FORMAT,
-                          "cannot read %.200s: it is binary OFF; save it as text or as PLY",
-                          o->builder->path);
+    if (o->text.end - o->text.at >= 6 && memcmp(o->text.at, "BINARY", 6) == 0) {
+        return vd_builder_fail(
+            o->builder,
+            vd_failure(VD_ERROR_FORMAT,
+                       "cannot read %.200s: it is binary OFF; save it as text or as PLY",
+                       o->builder->path));
     }
     if (!vd_read_integer(&o->text, &o->vertex_count) || !vd_read_integer(&o->text, faces) ||
         o->vertex_count < 0 || *faces < 0) {
@@ -69,12 +72,14 @@ static vd_status read_head(off *o, int64_t *faces) {
     /* A vertex takes six bytes, a face four. */
     const int64_t left = o->text.end - o->text.at;
     if (o->vertex_count > left / 6 + 1 || *faces > left / 4 + 1) {
-        return vd_failure(VD_ERROR_FORMAT,
-                          "cannot read %.160s: it promises %lld vertices and %lld faces, for which "
-                          "the file is too short; get the file again",
-                          o->builder->path, (long long)o->vertex_count, (long long)*faces);
+        return vd_builder_fail(
+            o->builder,
+            vd_failure(VD_ERROR_FORMAT,
+                       "cannot read %.160s: it promises %lld vertices and %lld faces, for which "
+                       "the file is too short; get the file again",
+                       o->builder->path, (long long)o->vertex_count, (long long)*faces));
     }
-    return vd_success();
+    return true;
 }
 
 static bool add_floats(off *o, vd_list *list, const double *values, size_t count) {
@@ -96,7 +101,7 @@ static bool add_color(off *o, const double c[3]) {
     return to != NULL;
 }
 
-static vd_status read_vertex(off *o) {
+static bool read_vertex(off *o) {
     double v[12] = {0.0};
     const int wanted = 3 + 3 * o->normals + 3 * o->colors + 2 * o->uvs;
     vd_model_builder *b = o->builder;
@@ -127,10 +132,11 @@ static vd_status read_vertex(off *o) {
         const double uv[2] = {at[0], 1.0 - at[1]};
         fits = fits && add_floats(o, &b->uvs, uv, 2);
     }
-    return fits ? vd_success() : vd_out_of_memory("a model's vertices", b->positions.count * 12);
+    return fits ||
+           vd_builder_fail(b, vd_out_of_memory("a model's vertices", b->positions.count * 12));
 }
 
-static vd_status read_face(off *o) {
+static bool read_face(off *o) {
     int64_t count = 0;
     if (!vd_read_integer(&o->text, &count)) {
         return bad_line(o, vd_text_done(&o->text) ? "is the last: faces are missing"
@@ -143,7 +149,8 @@ static vd_status read_face(off *o) {
     vd_corner *corners =
         vd_list_add(o->builder->context, &o->polygon, (size_t)count, sizeof *corners);
     if (corners == NULL) {
-        return vd_out_of_memory("a face", (size_t)count * sizeof *corners);
+        return vd_builder_fail(o->builder,
+                               vd_out_of_memory("a face", (size_t)count * sizeof *corners));
     }
     for (int64_t i = 0; i < count; i++) {
         int64_t index = 0;
@@ -158,27 +165,28 @@ static vd_status read_face(off *o) {
         }
         corners[i] = (vd_corner){(uint32_t)index, VD_NO_INDEX, VD_NO_INDEX};
     }
-    return count < 3 ? vd_success() : vd_builder_add_polygon(o->builder, corners, (size_t)count);
+    return count < 3 || vd_builder_add_polygon(o->builder, corners, (size_t)count);
 }
 
 vd_status vd_off_read(vd_model_builder *builder, const char *text, size_t size_bytes) {
     off o = {.builder = builder, .text = vd_text_make(text, size_bytes)};
     int64_t faces = 0;
     strcpy(builder->model->format, "OFF");
-    vd_status status = read_head(&o, &faces);
+    bool read = read_head(&o, &faces);
     builder->normals_by = o.normals ? VD_BY_POSITION : VD_BY_NONE;
     builder->uvs_by = o.uvs ? VD_BY_POSITION : VD_BY_NONE;
-    for (int64_t i = 0; i < o.vertex_count && status.code == VD_OK; i++) {
+    for (int64_t i = 0; i < o.vertex_count && read; i++) {
         next_line(&o);
-        status = read_vertex(&o);
+        read = read_vertex(&o);
         vd_text_next_line(&o.text);
     }
-    for (int64_t i = 0; i < faces && status.code == VD_OK; i++) {
+    for (int64_t i = 0; i < faces && read; i++) {
         next_line(&o);
-        status = read_face(&o);
+        read = read_face(&o);
         vd_text_next_line(&o.text); /* colours of faces are read past */
     }
     vd_release(builder->context, o.polygon.data);
+    vd_status status = read ? vd_success() : builder->failure;
     if (status.code == VD_OK) {
         vd_material material = vd_model_clay();
         const vd_model_surface surface = {.texture = -1};

@@ -58,6 +58,7 @@ typedef struct vd_ply {
     const vd_ply_element *now;
     char texture[256];
     vd_list list, texcoords; /* double: of the element that is being read */
+    vd_list corners;         /* vd_corner: likewise */
     uint32_t vertex_count;
 } vd_ply;
 
