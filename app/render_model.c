@@ -36,6 +36,13 @@ static void finish(studio *s) {
     vd_model_destroy(&s->model);
 }
 
+/* Depth, normals, ids and texture coordinates are data: they stand on black, and nothing shows
+ * through. */
+static bool is_data(vd_shading shading) {
+    return shading == VD_SHADING_DEPTH || shading == VD_SHADING_NORMALS ||
+           shading == VD_SHADING_UV || shading == VD_SHADING_ID;
+}
+
 /* ---- materials --------------------------------------------------------------------------------*/
 
 static vd_status load_texture(studio *s, const char *path) {
@@ -60,12 +67,13 @@ static vd_status make_materials(studio *s, const vd_model_settings *m) {
         s->materials[i] = s->model->materials[i];
         s->materials[i].filter = m->filter;
         if (m->ink && !s->model->has_colors) {
-            s->materials[i].texture = NULL;
+            s->materials[i] = vd_model_clay();
             s->materials[i].albedo = (vd_linear){0.01f, 0.02f, 0.04f};
         } else if (s->texture != NULL) {
             s->materials[i].texture = s->texture;
             s->materials[i].albedo = (vd_linear){1, 1, 1};
         }
+        s->materials[i].blend = s->materials[i].blend && !is_data(m->shading);
     }
     return status;
 }
@@ -234,12 +242,6 @@ static void lay_over_backdrop(const vd_render_settings *r, vd_frame *frame) {
 }
 
 /* ---- the picture ------------------------------------------------------------------------------*/
-
-/* Depth, normals, ids and texture coordinates are data: they stand on black. */
-static bool is_data(vd_shading shading) {
-    return shading == VD_SHADING_DEPTH || shading == VD_SHADING_NORMALS ||
-           shading == VD_SHADING_UV || shading == VD_SHADING_ID;
-}
 
 static vd_status describe(vd_render_run *run, const studio *s) {
     vd_view_flags(&s->view, run->flags, sizeof run->flags);

@@ -90,6 +90,7 @@ static void test_same_picture(void **state) {
          "b8fef10b3d98b68c"},
         {MODELS "/cloud.ply -s 90x60 --point-size 5 --samples 1", "54daf16183d520d6"},
         {MODELS "/cube-ascii.ply -s 80x60 --shade normals --cull back", "7308e4284d500338"},
+        {MODELS "/glass.obj -s 80x60", "7658d5e976e81460"},
     };
     const bool reduced = getenv("VEDUTA_TEST_REDUCED") != NULL;
     for (size_t i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
@@ -108,6 +109,17 @@ static void test_same_picture(void **state) {
             renders(environment, pictures[i].arguments, hash, hash);
         }
     }
+}
+
+static void test_jpeg_texture(void **state) {
+    (void)state;
+    char hash[17];
+    if (run("", "render -q -o x.png " MODELS "/cube.obj --texture " MODELS "/tile.jpg") != 0) {
+        assert_non_null(strstr(err, "VEDUTA_JPEG"));
+        skip();
+    }
+    renders("", MODELS "/cube.obj -s 80x60 --texture " MODELS "/tile.jpg --filter nearest",
+            "1821721635df60ab", hash);
 }
 
 /* The same cube in every format is the same picture. */
@@ -312,9 +324,10 @@ static int leave_folder(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_picture), cmocka_unit_test(test_same_formats),
-        cmocka_unit_test(test_options),      cmocka_unit_test(test_camera_again),
-        cmocka_unit_test(test_planes),       cmocka_unit_test(test_bad_use),
-        cmocka_unit_test(test_empty),        cmocka_unit_test(test_bad_models),
+        cmocka_unit_test(test_jpeg_texture), cmocka_unit_test(test_options),
+        cmocka_unit_test(test_camera_again), cmocka_unit_test(test_planes),
+        cmocka_unit_test(test_bad_use),      cmocka_unit_test(test_empty),
+        cmocka_unit_test(test_bad_models),
     };
     return cmocka_run_group_tests(tests, enter_folder, leave_folder);
 }

@@ -17,6 +17,12 @@ bool vd_jpeg_matches(const void *data, size_t size_bytes) {
 #include <setjmp.h>
 #include <stdio.h>
 #include <jpeglib.h>
+#include <jerror.h>
+
+/* A block of 64 pixels takes two bits of Huffman code at least, 256 pixels a byte, and a little
+ * less in progressive files: what promises 16 times that is refused before memory is taken for it.
+ */
+#define MOST_PIXELS_A_BYTE 4096
 
 typedef struct decoder {
     struct jpeg_decompress_struct jpeg;
@@ -33,14 +39,16 @@ static void fail(j_common_ptr jpeg) {
     longjmp(d->failed, 1);
 }
 
-/* A warning is damage: -1. Higher levels are trace messages. */
+/* Level -1 is a warning: data that end early or cannot be are damage, bytes too many are not. */
 static void take_message(j_common_ptr jpeg, int level) {
-    if (level < 0) {
+    const int code = jpeg->err->msg_code;
+    if (level < 0 && (code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER ||
+                      code == JWRN_HUFF_BAD_CODE || code == JWRN_MUST_RESYNC)) {
         fail(jpeg);
     }
 }
 
-static void read_rows(decoder *d, vd_context *context, const char *name) {
+static void read_rows(decoder *d, vd_context *context, size_t size_bytes, const char *name) {
     struct jpeg_decompress_struct *jpeg = &d->jpeg;
     (void)jpeg_read_header(jpeg, TRUE);
     d->status = vd_check_file_size(name, jpeg->image_width, jpeg->image_height);
@@ -48,6 +56,13 @@ static void read_rows(decoder *d, vd_context *context, const char *name) {
         d->status =
             vd_failure(VD_ERROR_UNSUPPORTED,
                        "cannot read %s: it is a JPEG in four inks (CMYK); convert it to RGB", name);
+    }
+    const size_t pixels = (size_t)jpeg->image_width * jpeg->image_height;
+    if (d->status.code == VD_OK && pixels / MOST_PIXELS_A_BYTE > size_bytes) {
+        d->status = vd_failure(VD_ERROR_FORMAT,
+                               "cannot read %s: it is too short for the %u × %u pixels that it "
+                               "promises; get the file again",
+                               name, jpeg->image_width, jpeg->image_height);
     }
     if (d->status.code != VD_OK) {
         return;
@@ -78,7 +93,7 @@ static void decode(decoder *d, vd_context *context, const void *data, size_t siz
     }
     jpeg_create_decompress(&d->jpeg);
     jpeg_mem_src(&d->jpeg, data, size_bytes);
-    read_rows(d, context, name);
+    read_rows(d, context, size_bytes, name);
 }
 
 vd_status vd_jpeg_decode(vd_context *context, const void *data, size_t size_bytes, const char *name,

@@ -370,11 +370,15 @@ static vd_status make_plain(vd_model_builder *b, vd_topology topology, const vd_
 
 /* ---- materials --------------------------------------------------------------------------------*/
 
-/* What a file says of transparency becomes what the raster draws. */
+/* What a file says of transparency becomes what the raster draws. An opaque material's alpha is not
+ * looked at (glTF 2.0, §3.9.4). */
 static void apply_alpha(vd_material *material, const vd_model_surface *surface) {
-    (void)surface;
+    const float cutoff = surface->alpha_cutoff;
+    material->blend = surface->alpha_mode == VD_ALPHA_BLEND;
     material->alpha_test = 0.0f;
-    material->blend = false;
+    if (surface->alpha_mode == VD_ALPHA_MASK) {
+        material->alpha_test = cutoff > 0.0f ? cutoff < 1.0f ? cutoff : 1.0f : 0.0f;
+    }
 }
 
 static vd_status settle_materials(vd_model_builder *b) {

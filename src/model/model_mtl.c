@@ -1,7 +1,8 @@
 /* model_mtl.c: MTL: colours, highlights, transparency and the texture of the colour.
  *
  * Colours are taken as sRGB-encoded, as everything in files is here. Of textures only map_Kd is
- * read, with its options read past; map_d makes the material one to be blended.
+ * read, with its options read past; map_d, nearly always the same picture's alpha and leaves, makes
+ * that alpha count: tested at a half, as d below 1 makes it blend.
  */
 #include "model/model_mtl.h"
 #include <stdio.h>
@@ -160,8 +161,8 @@ static vd_status read_statement(mtl *m) {
         read_alpha(m, word[0] == 'T');
     } else if (strcmp(word, "map_Kd") == 0) {
         return read_texture(m);
-    } else if (strcmp(word, "map_d") == 0) {
-        m->now->alpha_mode = VD_ALPHA_BLEND;
+    } else if (strcmp(word, "map_d") == 0 && m->now->alpha_mode == VD_ALPHA_OPAQUE) {
+        m->now->alpha_mode = VD_ALPHA_MASK;
     }
     return vd_success();
 }
@@ -202,7 +203,7 @@ vd_status vd_mtl_load(vd_mtl_library *library, vd_model_builder *builder, const 
 
 /* Adds a material that is used for the first time. */
 static vd_status add_entry(vd_model_builder *builder, entry *e) {
-    vd_model_surface surface = {.texture = -1, .alpha_mode = e->alpha_mode};
+    vd_model_surface surface = {.texture = -1, .alpha_mode = e->alpha_mode, .alpha_cutoff = 0.5f};
     const size_t length = strlen(e->name);
     memcpy(surface.name, e->name, length < sizeof surface.name ? length : sizeof surface.name - 1);
     vd_status status = vd_success();
