@@ -19,7 +19,9 @@ static bool is_none(const char *text) {
     "heading, pitch)"
 #define DATA "Data: what a file does not say itself"
 #define CLASSIC "Classic: the Voxel Space picture of 1992, all in map samples"
-#define MODEL "Model: for OBJ, PLY, STL, OFF, glTF and other models; what no group says applies too"
+#define MODEL                                                                                      \
+    "Model: OBJ, PLY, OFF, STL, glTF and others; Picture, Camera, --sun, --sky and --background "  \
+    "apply too"
 #define RUN "This run"
 
 const vd_option vd_render_table[OPTION_COUNT] = {

@@ -2,7 +2,8 @@
 //
 //   node bench/models.mjs FOLDER
 //
-// FOLDER holds what script/bench-models fetched; FOLDER/NAME.mesh is written: the bytes "VDBENCH1",
+// FOLDER holds what script/bench-models fetched; for each model FOLDER/NAME.ply is written, for
+// `veduta render`, and FOLDER/NAME.mesh, for the bench: the bytes "VDBENCH1",
 // then uint32 vertices, uint32 triangles, float positions [vertices][3], uint32 indices
 // [triangles][3], little-endian.
 import { readFileSync, writeFileSync, existsSync } from 'node:fs'
@@ -21,6 +22,17 @@ function write(name, positions, indices) {
   writeFileSync(join(folder, name + '.mesh'),
     Buffer.concat([head, Buffer.from(Float32Array.from(positions).buffer),
       Buffer.from(Uint32Array.from(indices).buffer)]))
+  const faces = Buffer.alloc(13 * indices.length / 3)
+  for (let f = 0; 3 * f < indices.length; f++) {
+    faces[13 * f] = 3
+    for (let k = 0; k < 3; k++) faces.writeUInt32LE(indices[3 * f + k], 13 * f + 1 + 4 * k)
+  }
+  writeFileSync(join(folder, name + '.ply'), Buffer.concat([
+    Buffer.from('ply\nformat binary_little_endian 1.0\n' +
+      `element vertex ${positions.length / 3}\n` +
+      'property float x\nproperty float y\nproperty float z\n' +
+      `element face ${indices.length / 3}\nproperty list uchar uint vertex_indices\nend_header\n`),
+    Buffer.from(Float32Array.from(positions).buffer), faces]))
   console.log(`${name}: ${positions.length / 3} vertices, ${indices.length / 3} triangles`)
 }
 
