@@ -1,5 +1,6 @@
 /* raster.c: the renderer object, from draws to a finished frame. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include "image/blended.h"
 #include "image/image.h"
@@ -103,6 +104,7 @@ void vd_raster_destroy(vd_raster **raster_in_out) {
     }
     vd_release(context, raster->slots);
     vd_release(context, raster->drawings.memory);
+    vd_release(context, raster->order.memory);
     vd_release(context, raster);
 }
 
@@ -162,6 +164,37 @@ static vd_status reserve_slots(vd_raster *raster, int count) {
 
 /* ---- preparing --------------------------------------------------------------------------------*/
 
+/* The nearest that the bounds of a drawing come; more than all where they reach the camera. */
+static float nearest_depth(const vd_drawing *drawing) {
+    const vd_mesh *mesh = drawing->mesh;
+    const float(*m)[4] = drawing->view.picture_from_mesh;
+    float nearest = 0.0f;
+    for (int corner = 0; corner < 8; corner++) {
+        const float x = (corner & 1) != 0 ? mesh->max[0] : mesh->min[0];
+        const float y = (corner & 2) != 0 ? mesh->max[1] : mesh->min[1];
+        const float z = (corner & 4) != 0 ? mesh->max[2] : mesh->min[2];
+        const float depth = m[2][0] * x + (m[2][1] * y + (m[2][2] * z + m[2][3]));
+        const float w = m[3][0] * x + (m[3][1] * y + (m[3][2] * z + m[3][3]));
+        const float here = w > 0.0f ? depth / w : INFINITY;
+        nearest = here > nearest ? here : nearest;
+    }
+    return nearest;
+}
+
+static int compare_order(const void *a, const void *b) {
+    const vd_order *x = a, *y = b;
+    return x->nearest != y->nearest ? (x->nearest > y->nearest) - (x->nearest < y->nearest)
+                                    : (x->drawing > y->drawing) - (x->drawing < y->drawing);
+}
+
+/* Lists are read newest first: what is sorted last is filled first, and hides the rest. */
+static void sort_drawings(vd_scene *scene) {
+    for (int i = 0; i < scene->drawing_count; i++) {
+        scene->order[i] = (vd_order){nearest_depth(&scene->drawings[i]), i};
+    }
+    qsort(scene->order, (size_t)scene->drawing_count, sizeof *scene->order, compare_order);
+}
+
 static bool blends(const vd_draw *draw) {
     bool any = false;
     for (int i = 0; i < draw->material_count; i++) {
@@ -177,11 +210,16 @@ static vd_status init_drawings(vd_raster *raster, const vd_raster_def *def, cons
         status = vd_buffer_reserve(raster->context, &raster->drawings, "a raster's draws",
                                    (size_t)count + 1, sizeof(vd_drawing));
     }
+    if (status.code == VD_OK) {
+        status = vd_buffer_reserve(raster->context, &raster->order, "a raster's draws",
+                                   (size_t)count + 1, sizeof(vd_order));
+    }
     if (status.code != VD_OK) {
         return status;
     }
     vd_scene *scene = &raster->scene;
     scene->drawings = raster->drawings.memory;
+    scene->order = raster->order.memory;
     scene->drawing_count = count;
     uint64_t next = 1;
     scene->blended = false;
@@ -208,6 +246,7 @@ static vd_status init_drawings(vd_raster *raster, const vd_raster_def *def, cons
         }
     }
     raster->primitives = next - 1;
+    sort_drawings(scene);
     return status;
 }
 

@@ -223,6 +223,77 @@ static inline void swap_where(vd_wide_mask mask, vd_wide_i32 *a, vd_wide_i32 *b)
     *b = vd_wide_blend_i32(mask, old, *b);
 }
 
+/* ---- what is hidden ---------------------------------------------------------------------------
+ * A tile knows a depth that all its samples are in front of, and the same of its 4 × 4 blocks
+ * (Greene 1996, two levels); draws are filled nearest first. A triangle behind the blocks that its
+ * box touches is not set up. Thirty bunnies one behind the other at 1024², whichever is drawn
+ * first: 18.7 -> 13.9 ms; thirty dragons of 202 k: 132 -> 114, of which sorting, which comes
+ * before, is half. A single mesh hides little of itself and paid 3 to 5 % for looking, so that
+ * pictures of one draw do not look. Rejecting triangles already in the lists, by a depth and a
+ * block that stand there for each: 162 instead of 138 ms for the dragons, since the lists are three
+ * times as long.
+ */
+
+/* Finds the window's hidden depths. What is pending has no part in them, which only makes them
+ * less. */
+static void find_hidden(vd_visible *visible) {
+    const int side = 1 << visible->block_shift;
+    const vd_wide_i32 ramp = vd_wide_count_i32();
+    const vd_wide_f32 most = vd_wide_splat_f32(2.0f);
+    visible->hides = false;
+    visible->since = 0;
+    for (int s = 0; s < visible->samples; s++) {
+        float all = 2.0f;
+        for (int block = 0; block < VD_HIDE_BLOCKS * VD_HIDE_BLOCKS; block++) {
+            const int x0 = block % VD_HIDE_BLOCKS * side, y0 = block / VD_HIDE_BLOCKS * side;
+            const int right = visible->width - x0 < side ? visible->width - x0 : side;
+            vd_wide_f32 least = most;
+            for (int y = y0; y < y0 + side && y < visible->height; y++) {
+                const float *row = visible->depth + (size_t)s * visible->plane +
+                                   (size_t)y * visible->stride + (size_t)x0;
+                for (int x = 0; x < right; x += VD_WIDE_LANES) {
+                    const vd_wide_mask exists =
+                        vd_wide_less_i32(ramp, vd_wide_splat_i32(right - x));
+                    least = vd_wide_min_f32(
+                        least, vd_wide_blend_f32(exists, vd_wide_load_f32(row + x), most));
+                }
+            }
+            float lanes[VD_WIDE_LANES], value = 2.0f;
+            vd_wide_store_f32(lanes, least);
+            for (int i = 0; i < VD_WIDE_LANES; i++) {
+                value = lanes[i] < value ? lanes[i] : value;
+            }
+            visible->hidden_blocks[s][block] = value;
+            visible->hides = visible->hides || value > 0.0f;
+            all = value < all ? value : all;
+        }
+        visible->hidden[s] = all;
+    }
+}
+
+/* The depth behind which a box of samples is hidden. */
+static inline vd_wide_f32 hidden_behind(const vd_visible *visible, int sample,
+                                        const vd_wide_i32 box[4]) {
+    const vd_wide_f32 all = vd_wide_splat_f32(visible->hidden[sample]);
+    if (!visible->hides) {
+        return all;
+    }
+    const float *table = visible->hidden_blocks[sample];
+    const int shift = visible->block_shift;
+    /* Of a box that is empty any block will do. */
+    const vd_wide_i32 x0 = box[0] >> shift, y0 = (box[1] >> shift) * VD_HIDE_BLOCKS;
+    const vd_wide_i32 x1 = box[2] >> shift, y1 = (box[3] >> shift) * VD_HIDE_BLOCKS;
+    const vd_wide_f32 upper = vd_wide_min_f32(vd_wide_lookup_f32(table, (y0 + x0) & 15),
+                                              vd_wide_lookup_f32(table, (y0 + x1) & 15));
+    const vd_wide_f32 lower = vd_wide_min_f32(vd_wide_lookup_f32(table, (y1 + x0) & 15),
+                                              vd_wide_lookup_f32(table, (y1 + x1) & 15));
+    /* The corners' blocks are all there is to a box of up to a block's side. */
+    const vd_wide_i32 side = vd_wide_splat_i32(1 << shift);
+    const vd_wide_mask small = vd_wide_and(vd_wide_less_i32(box[2] - box[0], side),
+                                           vd_wide_less_i32(box[3] - box[1], side));
+    return vd_wide_blend_f32(small, vd_wide_min_f32(upper, lower), all);
+}
+
 /* Sets up and fills the triangles of `lanes` into one sample's plane. `c` counts from the window's
  * first sample. */
 static void fill_batch(vd_visible *visible, int sample, const vd_drawing *drawing, corners c,
@@ -240,8 +311,8 @@ static void fill_batch(vd_visible *visible, int sample, const vd_drawing *drawin
     lanes = vd_wide_and(lanes, vd_wide_and(keep_areas(drawing, area), vd_wide_not(none)));
     const vd_wide_f32 z_max = vd_wide_max_f32(vd_wide_max_f32(c.z[0], c.z[1]), c.z[2]);
     const vd_wide_f32 z_min = vd_wide_min_f32(vd_wide_min_f32(c.z[0], c.z[1]), c.z[2]);
-    lanes = vd_wide_and(
-        lanes, vd_wide_not(vd_wide_less_f32(z_max, vd_wide_splat_f32(visible->hidden[sample]))));
+    lanes = vd_wide_and(lanes,
+                        vd_wide_not(vd_wide_less_f32(z_max, hidden_behind(visible, sample, box))));
     if (vd_wide_bits(lanes) == 0) {
         return;
     }
@@ -389,6 +460,9 @@ static inline void prefetch_vertices(cursor *c) {
     }
 }
 
+/* After how many triangles of a picture of several draws it is looked for what they hide. */
+#define HIDE_EVERY 256
+
 /* How many triangles ahead of being filled vertices and indices are asked for. */
 #define VERTICES_AHEAD (16 / VD_WIDE_LANES)
 #define INDICES_AHEAD (32 / VD_WIDE_LANES)
@@ -407,6 +481,10 @@ static void fill_blocks(vd_visible *visible, const vd_block *blocks) {
     while (has_triangles(&here)) {
         prefetch_indices(&indices);
         prefetch_vertices(&vertices);
+        if (visible->since >= HIDE_EVERY) {
+            find_hidden(visible);
+        }
+        visible->since += VD_WIDE_LANES;
         fill_few(visible, here.block->drawing, here.block->primitives + here.first,
                  here.block->count - here.first);
         cursor_move(&here);

@@ -207,6 +207,8 @@ typedef struct vd_pending {
     uint32_t id[VD_PENDING];
 } vd_pending;
 
+#define VD_HIDE_BLOCKS 4
+
 /* Depth and id of the samples of a window of the picture, one plane a sample, as in vd_target. */
 typedef struct vd_visible {
     int x, y, width, height;
@@ -216,11 +218,23 @@ typedef struct vd_visible {
     uint32_t *id;
     vd_pending *pending; /* null: only the reference fills it */
     float hidden[8];     /* by sample: all depths of the window are at least this */
+    /* The same of its VD_HIDE_BLOCKS² blocks of 2^block_shift pixels a side, in rows. */
+    float hidden_blocks[8][VD_HIDE_BLOCKS * VD_HIDE_BLOCKS] __attribute__((aligned(64)));
+    int block_shift;
+    bool hides; /* one of them is above 0 */
+    int since;  /* triangles that were filled since they were found */
 } vd_visible;
+
+/* A drawing and its nearest depth. */
+typedef struct vd_order {
+    float nearest;
+    int drawing;
+} vd_order;
 
 /* What a picture is made of, once prepared. */
 typedef struct vd_scene {
     vd_drawing *drawings;
+    struct vd_order *order; /* [drawing_count], farthest first */
     int drawing_count;
     int samples;
     int width, height;

@@ -179,7 +179,7 @@ vd_status vd_raster_sort(vd_raster *raster, vd_job *job) {
     }
     vd_status status = vd_success();
     for (int i = 0; i < raster->scene.drawing_count && status.code == VD_OK; i++) {
-        sort_run run = {raster, &raster->scene.drawings[i]};
+        sort_run run = {raster, &raster->scene.drawings[raster->scene.order[i].drawing]};
         const int tasks = (int)(((uint64_t)run.drawing->primitive_count + PRIMITIVES_A_TASK - 1) /
                                 PRIMITIVES_A_TASK);
         status = vd_parallel_for(raster->context, job, tasks, sort_some, &run);
@@ -204,11 +204,13 @@ void vd_raster_place(vd_raster *raster, vd_worker *worker, int x, int y) {
     visible->height = down < tile ? down : tile;
 }
 
-static void clear_window(vd_visible *visible) {
+static void clear_window(vd_visible *visible, bool several) {
     const size_t count = visible->plane * (size_t)visible->samples;
     memset(visible->depth, 0, count * sizeof *visible->depth);
     memset(visible->id, 0, count * sizeof *visible->id);
     memset(visible->hidden, 0, sizeof visible->hidden);
+    visible->hides = false;
+    visible->since = several ? 0 : INT32_MIN; /* see find_hidden */
 }
 
 /* The triangles of one kind that a worker sorted to a tile. */
@@ -237,7 +239,7 @@ bool vd_raster_is_empty(const vd_raster *raster, int x, int y) {
 
 void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
     vd_raster_place(raster, worker, x, y);
-    clear_window(&worker->visible);
+    clear_window(&worker->visible, raster->scene.drawing_count > 1);
     if (raster->method->see != NULL) {
         raster->method->see(raster, worker);
     }
@@ -406,6 +408,7 @@ static vd_status prepare_worker(vd_raster *raster, vd_worker *worker, const vd_r
     visible->samples = samples;
     visible->stride = (size_t)tile;
     visible->plane = (size_t)tile * (size_t)tile;
+    visible->block_shift = __builtin_ctz((unsigned)(tile / VD_HIDE_BLOCKS));
     const size_t count = visible->plane * (size_t)samples + VD_FILL_SLACK;
     vd_status status = vd_buffer_reserve(context, &worker->depth, "a tile", count, sizeof(float));
     if (status.code == VD_OK) {

@@ -53,7 +53,7 @@ struct vd_raster {
     vd_worker *workers; /* [thread_count] */
     vd_slot *slots;     /* [slot_count], by draw */
     int slot_count;
-    vd_buffer drawings;
+    vd_buffer drawings, order;
     vd_scene scene;
     uint64_t primitives;
     const vd_method *method;
