@@ -58,7 +58,8 @@
  *   verifying `end` by the exact formula instead of a margin              0.97
  *   a branch around what is found                                         0.91 (v4), 0.80 (v2)
  *   dividing after the height has come, once instead of twice             0.95
- *   gather instructions for bytes instead of inserting them               0.96 (v4), 0.92 (v3)
+ *   bytes of heights: core/wide.h
+ *   on Zen 4: all packets locate and fetch before any decides, as the linear filter does   0.99
  *   1, 2, 4 packets in turns instead of 3 (v4)                            0.75, 0.98, 1.00
  *   the same on Zen 4: 3, 4, 6 packets 1.00; one division 0.98; 8 lanes (v3) 0.62
  *   colours in the rows of the map's block, default / from above          0.96 / 0.88
