@@ -17,6 +17,45 @@ static vd_status import(vd_context *context, const char *path, const vd_model_de
 #elif defined(VEDUTA_MODEL_LIBRARY)
 
 #include <dlfcn.h>
+#include <signal.h>
+
+/* assimp's readers of some formats crash on some broken files. That ends this program, but with the
+ * sentence that everything from outside gets. Under a sanitizer assimp is linked instead, and this
+ * is not here. */
+static char crash_sentence[512];
+static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+enum { CRASHES = sizeof crashes / sizeof crashes[0] };
+
+static void say_crashed(int number) {
+    (void)number;
+    if (write(STDERR_FILENO, crash_sentence, strlen(crash_sentence)) < 0) {
+        _exit(1); /* nowhere to say it */
+    }
+    _exit(1);
+}
+
+/* Sets or, with `before` given back, unsets the handlers; on a stack of their own, since endless
+ * recursion is one of the crashes. */
+static void guard(const char *path, struct sigaction before[CRASHES]) {
+    static char stack[1 << 16];
+    const stack_t alternative = {.ss_sp = stack, .ss_size = sizeof stack};
+    (void)snprintf(
+        crash_sentence, sizeof crash_sentence,
+        "veduta: cannot read %.300s: assimp crashed on it, so it is damaged; get the file "
+        "again, or convert it to PLY\n",
+        path);
+    (void)sigaltstack(&alternative, NULL);
+    for (int i = 0; i < CRASHES; i++) {
+        struct sigaction action = {.sa_handler = say_crashed, .sa_flags = SA_ONSTACK};
+        (void)sigaction(crashes[i], &action, &before[i]);
+    }
+}
+
+static void unguard(const struct sigaction before[CRASHES]) {
+    for (int i = 0; i < CRASHES; i++) {
+        (void)sigaction(crashes[i], &before[i], NULL);
+    }
+}
 
 static vd_status import(vd_context *context, const char *path, const vd_model_def *def,
                         vd_model **out) {
@@ -36,7 +75,11 @@ static vd_status import(vd_context *context, const char *path, const vd_model_de
                           path, VEDUTA_MODEL_LIBRARY, vd_version());
     }
     memcpy(&function, &address, sizeof address);
-    return function(context, path, def, out);
+    struct sigaction before[CRASHES];
+    guard(path, before);
+    const vd_status status = function(context, path, def, out);
+    unguard(before);
+    return status;
 }
 
 #else

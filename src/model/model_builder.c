@@ -234,8 +234,9 @@ vd_status vd_builder_add_texture_file(vd_model_builder *builder, const char *pat
         return status;
     }
     if (status.code != VD_OK) {
-        return vd_failure(status.code, "%.250s; it is the texture of %.100s", status.message,
-                          owner);
+        /* Unsupported is the model's own word for another reader. */
+        return vd_failure(status.code == VD_ERROR_UNSUPPORTED ? VD_ERROR_FORMAT : status.code,
+                          "%.250s; it is the texture of %.100s", status.message, owner);
     }
     status = vd_builder_add_texture(builder, picture, path, out);
     vd_picture_destroy(&picture);
