@@ -349,6 +349,18 @@ static vd_status unknown_option(const vd_options *options, const char *typed) {
                       options->command);
 }
 
+/* True for what is an option of the table, spelled --name or --name=VALUE, and so no value. */
+static bool is_long_option(const vd_options *options, const char *argument) {
+    char key[64];
+    const size_t length = strcspn(argument, "=");
+    if (strncmp(argument, "--", 2) != 0 || length - 2 >= sizeof key) {
+        return false;
+    }
+    memcpy(key, argument + 2, length - 2);
+    key[length - 2] = '\0';
+    return vd_options_find(options, key) >= 0;
+}
+
 /* Takes the option at argv[*at], which begins with two dashes, and its value. */
 static vd_status parse_long(vd_options *options, int argc, char **argv, int *at) {
     const char *name = argv[*at] + 2;
@@ -375,7 +387,7 @@ static vd_status parse_long(vd_options *options, int argc, char **argv, int *at)
         bool follows = *at + 1 < argc && flag_value(option, argv[*at + 1]) >= 0;
         value = follows ? argv[++*at] : "on";
     } else if (value == NULL) {
-        if (*at + 1 >= argc) {
+        if (*at + 1 >= argc || is_long_option(options, argv[*at + 1])) {
             return vd_failure(VD_ERROR_ARGUMENT, "--%s needs a value; give --%s %s", key, key,
                               option->argument);
         }
@@ -399,7 +411,7 @@ static vd_status parse_short(vd_options *options, int argc, char **argv, int *at
             }
             value = "on";
         } else if (value == NULL) {
-            if (*at + 1 >= argc) {
+            if (*at + 1 >= argc || is_long_option(options, argv[*at + 1])) {
                 return vd_failure(VD_ERROR_ARGUMENT, "-%c needs a value; give -%c %s",
                                   option->letter, option->letter, option->argument);
             }

@@ -216,6 +216,7 @@ static vd_status read_look(const vd_options *options, vd_render_settings *out) {
                                              "coloured; give one of them");
     }
     out->shadows = is_on(options, OPTION_SHADOWS);
+    out->shadows_given = vd_options_given(options, OPTION_SHADOWS);
     out->shadow_curve =
         number_of(options, OPTION_SHADOWS) == 3.0 ? VD_SHADOW_PUBLISHED : VD_SHADOW_SOFT;
     if (!out->classic && number_of(options, OPTION_SHADOWS) > 1.0) {
@@ -422,7 +423,7 @@ static vd_status refuse_in_classic(const vd_options *options) {
 
 static vd_status read_classic(const vd_options *options, vd_render_settings *out) {
     vd_status status = refuse_in_classic(options);
-    out->shadows = out->shadows && vd_options_given(options, OPTION_SHADOWS);
+    out->shadows = out->shadows && out->shadows_given;
     if (status.code == VD_OK && vd_options_given(options, OPTION_SUN) && !out->shadows) {
         status = vd_failure(VD_ERROR_ARGUMENT,
                             "--sun lights the classic picture only with --shadows; give both");
@@ -441,6 +442,7 @@ static vd_status read_classic(const vd_options *options, vd_render_settings *out
         snprintf(pair, sizeof pair, "%.*s", (int)(length < 95 ? length : 95), at);
         status = read_classic_key(pair, &out->classic_def, &out->classic_yaw);
         at += length + (at[length] == ',');
+        at += strspn(at, " ");
     }
     if (status.code != VD_OK) {
         return status;

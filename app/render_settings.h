@@ -158,6 +158,7 @@ typedef struct vd_render_settings {
     double sun_azimuth, sun_altitude; /* degrees */
     vd_shadow_curve shadow_curve;     /* of the classic picture */
     bool shadows, shading, sky, sky_colored;
+    bool shadows_given; /* asked for, not the default */
     vd_rgba8 sky_color, background;
     vd_haze_mode haze;
     double haze_m;

@@ -135,9 +135,9 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                         .type = VD_OPTION_FLAG,
                         .argument = "soft|count",
                         .fallback = "on",
-                        .help = "whether the terrain throws shadows on itself; with --classic (off "
-                                "unless given) counted towards --sun: count darkens as published, "
-                                "soft more gently"},
+                        .help = "whether the terrain throws shadows on itself (--function: only "
+                                "with --extent); with --classic (off unless given) counted towards "
+                                "--sun: count darkens as published, soft more gently"},
     [OPTION_SHADING] = {.key = "shading",
                         .group = LOOK,
                         .type = VD_OPTION_FLAG,

@@ -256,6 +256,10 @@ static void warn(vd_render_run *run, const vd_scene *scene, const vd_terrain_def
                "not so",
                relief, extent, scene->kind == VD_CRS_NONE ? "--cell-size or " : "");
     }
+    if (scene->function != NULL && s->shadows && s->shadows_given) {
+        vd_log(run->context, VD_LOG_WARNING,
+               "--shadows: a formula without end throws none; give --extent");
+    }
     double clearance = vd_view_clearance_m(scene, view, s->exaggeration);
     if (def->light.haze_m > 0.0 && clearance > 3.0 * def->light.haze_m) {
         double left = 100.0 * exp(-clearance / def->light.haze_m);

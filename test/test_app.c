@@ -563,6 +563,9 @@ static void test_function(void **state) {
              "raycast");
     take_hash(second);
     assert_string_equal(first, second);
+    assert_null(strstr(last.err, "--shadows"));
+    SUCCEEDS("render", "--function", formula, "-s", "64x40", "--shadows", "on");
+    expect_text(last.err, "--shadows: a formula without end throws none", "standard error");
     assert_int_equal(RUN("render", "--function", "h=co(x)"), 1);
     expect_text(last.err, "column 3", "standard error");
     FAILS(1, "no height anywhere", "render", "--function", "h=x/0-x/0");

@@ -1,6 +1,7 @@
 /* The lens march against the plain ray caster: the same bytes of colour, depth and id for random
- * maps, cameras and options, at every SIMD level and on any number of threads. And what its levels
- * of detail are for: distance that does not sparkle. */
+ * maps, cameras and options, at every SIMD level and on any number of threads. That many
+ * pictures of one renderer, and a sun that moves, change nothing. And what its levels of detail are
+ * for: distance that does not sparkle. */
 #include "lens_scenes.h"
 
 /* ---- equality -------------------------------------------------------------------------------- */
@@ -71,6 +72,50 @@ static void march_draws_what_raycast_draws(void **state) {
     for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
         vd_context_destroy(&contexts[isa]);
     }
+}
+
+/* ---- many pictures --------------------------------------------------------------------------- */
+
+/* A renderer whose sun has moved draws what a new one draws; a warm picture takes no memory. */
+static void a_moving_sun_draws_as_a_new_renderer(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    vd_colormap colormap;
+    assert_true(vd_colormap_find("viridis", &colormap));
+    const int scenes = getenv("VEDUTA_TEST_REDUCED") != NULL ? 10 : 60;
+    int changed = 0;
+    for (int scene = 0; scene < scenes; scene++) {
+        uint64_t random = (uint64_t)scene * 83 + 1;
+        const int width = 1 + pick(&random, 70), height = 1 + pick(&random, 50);
+        vd_heightfield *map = random_map(context, &random);
+        const vd_camera camera = random_camera(map, &random, width, height);
+        vd_terrain_def def = random_def(map, &colormap, &random);
+        vd_terrain_renderer *renderer = NULL;
+        vd_frame_stats stats;
+        assert_ok(vd_terrain_renderer_create(context, NULL, &def, &renderer));
+        vd_frame *frame = NULL, *first = draw(context, &def, &camera, width, height, &stats);
+        assert_ok(vd_frame_create(context, width, height, VD_PLANE_DEPTH | VD_PLANE_ID, &frame));
+        assert_ok(vd_terrain_renderer_draw(renderer, NULL, &camera, frame, NULL));
+        assert_same(first, frame, scene, "first");
+        for (int hour = 0; hour < 4; hour++) {
+            def.light = vd_light_daylight(between(&random, 0, 6.3), between(&random, -0.1, 1.5));
+            def.light.haze_m = hour == 1 ? 300 : 0;
+            assert_ok(vd_terrain_renderer_light(renderer, NULL, &def.light));
+            const uint64_t allocations = vd_context_memory(context).allocations;
+            assert_ok(vd_terrain_renderer_draw(renderer, NULL, &camera, frame, NULL));
+            assert_int_equal(vd_context_memory(context).allocations, allocations);
+        }
+        vd_frame *expected = draw(context, &def, &camera, width, height, &stats);
+        assert_same(expected, frame, scene, "moved");
+        changed += memcmp(first->rgba, frame->rgba, 4) != 0;
+        vd_frame_destroy(&expected);
+        vd_frame_destroy(&first);
+        vd_frame_destroy(&frame);
+        vd_terrain_renderer_destroy(&renderer);
+        vd_heightfield_destroy(context, &map);
+    }
+    assert_true(changed > scenes / 10); /* the light is seen */
+    vd_context_destroy(&context);
 }
 
 /* ---- mip ------------------------------------------------------------------------------------- */
@@ -172,6 +217,7 @@ static void distance_does_not_sparkle(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(march_draws_what_raycast_draws),
+        cmocka_unit_test(a_moving_sun_draws_as_a_new_renderer),
         cmocka_unit_test(distance_does_not_sparkle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

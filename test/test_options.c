@@ -187,6 +187,8 @@ static void test_refusals(void **state) {
     REFUSES("`veduta render --help`", "a", "-Z");
     REFUSES("needs a value", "a", "--size");
     REFUSES("needs a value", "a", "-o");
+    REFUSES("--classic needs a value", "--classic", "--height", "a.png");
+    REFUSES("-o needs a value", "a", "-o", "--size=4x4");
     for (int i = 0; i < 7; i++) {
         const char *sizes[] = {"0x5", "5", "5x", "-1x5", "70000x2", "65535x65535", "1x1x1"};
         REFUSES("--size", "a", "--size", sizes[i]);
@@ -243,6 +245,9 @@ static void test_classic(void **state) {
                     "bilinear", "--samples", "8"));
     assert_true(s.classic_def.filter == VD_FILTER_LINEAR && s.classic_def.samples == 8);
     assert_true(s.classic_def.mip && s.classic_def.smooth && s.classic_def.x == 3);
+    vd_options_finish(&options);
+    assert_ok(PARSE(&options, &s, "--height", "H.png", "--classic", "x=3, y=4"));
+    assert_true(s.classic_def.x == 3 && s.classic_def.y == 4);
     vd_options_finish(&options);
 
     REFUSES("did you mean growth", "--height", "H.png", "--classic", "grwoth=1");
