@@ -13,7 +13,7 @@
  * meshes, by what is joined: triangles, lines, points. Nodes are flattened, polygons cut into
  * triangles (a polygon need not be convex), triangles sorted by material, and where the file has no
  * normals they are computed: for each corner over the triangles around its place that turn by less
- * than 60 degrees, weighted as in Max 1999 ("Weights for computing vertex normals from facet
+ * than 40 degrees, weighted as in Max 1999 ("Weights for computing vertex normals from facet
  * normals", Journal of Graphics Tools 4(2)), so that round things look round and edges stay edges.
  */
 #ifndef VEDUTA_MODEL_H
