@@ -120,8 +120,8 @@ typedef struct bench_group {
 const bench_case *bench_case_at(int index);
 const bench_group *bench_group_at(int index);
 
-bench_function bench_classic, bench_lens, bench_png, bench_startup, bench_cold, bench_memory,
-    bench_formula, bench_sharing, bench_counters, bench_raster, bench_raster_levels,
+bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startup, bench_cold,
+    bench_memory, bench_formula, bench_sharing, bench_counters, bench_raster, bench_raster_levels,
     bench_raster_triangles, bench_raster_bins, bench_raster_small, bench_raster_tiles,
     bench_raster_resolve, bench_sweep_classic, bench_sweep_shadow;
 
@@ -164,6 +164,7 @@ const bench_result *bench_reference_of(const bench_run *run, const bench_result 
 typedef struct bench_scene {
     vd_context *context;
     vd_heightfield *map;
+    vd_function *function; /* drawn in place of the map, or null */
     vd_frame *frame;
     vd_classic_def classic;
     vd_classic_method method;

@@ -118,6 +118,8 @@ const bench_case *bench_case_at(int index) {
         {"shadow", "counted shadows by the sun's altitude", bench_sweep_shadow, 1024, 1024,
          .sweep = &shadow_sun, .target_fps = 250},
         {"function", "evaluating formulas; ns a point in the note", .function = bench_formula},
+        {"function-endless", "formulas up to the horizon, 1920x1080, everything on", bench_endless,
+         .width = 1920, .rows = 1080},
         {"memory", "bytes held against bytes of heights and colours", .function = bench_memory},
         {"false-sharing", "the published loop: columns dealt, padded, tiled", bench_sharing,
          .width = 700, .rows = 512},
@@ -182,7 +184,8 @@ const bench_group *bench_group_at(int index) {
          "raster-levels raster-triangles raster-bins raster-small raster-tiles raster-resolve"},
         {"raster", "everything about triangles", "raster-cells raster-tables"},
         {"terrain", "everything about terrain",
-         "classic lens lens-views shadow function memory false-sharing counters classic-16384 "
+         "classic lens lens-views shadow function function-endless memory false-sharing counters "
+         "classic-16384 "
          "lens-16384 "
          "sweeps cold"},
     };

@@ -9,6 +9,7 @@ void bench_scene_finish(bench_scene *s) {
         vd_classic_renderer_destroy(&s->renderer);
         vd_terrain_renderer_destroy(&s->terrain_renderer);
         vd_frame_destroy(&s->frame);
+        vd_function_destroy(s->context, &s->function);
         vd_heightfield_destroy(s->context, &s->map);
         vd_context_destroy(&s->context);
     }
@@ -250,6 +251,56 @@ vd_status bench_lens(bench_run *run, const bench_case *self) {
     for (int i = 0; i < run->isa_count && status.code == VD_OK; i++) {
         for (int t = 0; t < run->thread_count && status.code == VD_OK; t++) {
             status = measure_lens(run, self, run->isas[i], t);
+        }
+    }
+    return status;
+}
+
+/* ---- formulas without end ---------------------------------------------------------------------*/
+
+/* A formula, and how high the eye is that looks over it. */
+typedef struct formula_view {
+    const char *method, *text;
+    double eye_m;
+} formula_view;
+
+static vd_status measure_endless(bench_run *run, const bench_case *self, const formula_view *view,
+                                 vd_isa isa, int threads) {
+    bench_scene s;
+    vd_status status =
+        bench_scene_init(&s, run, BENCH_MAP_FLOAT, 0, isa, threads, self->width, self->rows);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const bench_camera camera = {0, -1000, view->eye_m, 0, -10, 40};
+    set_camera(&s, &camera);
+    set_everything(&s);
+    s.terrain.light.haze_m = 46e3; /* 7 of these are drawn: 322 km */
+    s.terrain.curvature = false;
+    s.terrain.heightfield = NULL;
+    status = vd_function_compile(s.context, view->text, &s.function);
+    if (status.code == VD_OK) {
+        bench_result result = bench_result_of(self, view->method);
+        s.terrain.function = s.function;
+        status = bench_picture(run, &s, bench_draw_terrain, &result);
+    }
+    bench_scene_finish(&s);
+    return status;
+}
+
+vd_status bench_endless(bench_run *run, const bench_case *self) {
+    static const formula_view views[] = {
+        {"thesis-rgb", "h=60*cos(x/40)*sin(y/40); rgb=hsv(h/120,0.6,1)", 300},
+        {"ridged-10", "h=900*ridged(x/4000,y/4000,10)^1.5", 2500},
+        {"islands", "n=120*fbm(x/400,y/400,8); h=max(n,0); rgb=n<0?rgb(.1,.3,.6):rgb(.3,.5,.2)",
+         300},
+    };
+    vd_status status = vd_success();
+    for (int i = 0; i < run->isa_count && status.code == VD_OK; i++) {
+        for (int t = 0; t < run->thread_count && status.code == VD_OK; t++) {
+            for (size_t v = 0; v < sizeof views / sizeof views[0] && status.code == VD_OK; v++) {
+                status = measure_endless(run, self, &views[v], run->isas[i], run->threads[t]);
+            }
         }
     }
     return status;

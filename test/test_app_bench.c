@@ -113,6 +113,7 @@ static void table_list_and_groups(void **state) {
                                         "shadow",
                                         "memory",
                                         "function",
+                                        "function-endless",
                                         "false-sharing",
                                         "classic-16384",
                                         "cold",
