@@ -106,22 +106,11 @@ static void table_list_and_groups(void **state) {
     assert_non_null(strstr(output, "startup"));
     assert_non_null(strstr(output, "median ms"));
     assert_int_equal(bench("--list"), 0);
-    static const char *const names[] = {"classic-default",
-                                        "classic-high",
-                                        "classic-growth",
-                                        "classic-default-1080p",
-                                        "shadow",
-                                        "memory",
-                                        "function",
-                                        "function-endless",
-                                        "false-sharing",
-                                        "classic-16384",
-                                        "cold",
-                                        "sweep-distance",
-                                        "sweep-shadow-q",
-                                        "\n  terrain",
-                                        "\n  sweeps",
-                                        "classic-high-2160p-bilinear"};
+    static const char *const names[] = {
+        "classic-default", "classic-high",  "classic-growth", "classic-default-1080p",
+        "shadow",          "memory",        "function",       "function-endless",
+        "false-sharing",   "classic-16384", "cold",           "sweep-distance",
+        "sweep-shadow-q",  "\n  terrain",   "\n  sweeps",     "classic-high-2160p-bilinear"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         if (strstr(output, names[i]) == NULL) {
             fail_msg("--list does not name %s", names[i]);
