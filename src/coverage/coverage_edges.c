@@ -5,27 +5,33 @@
  * lies left of the window still winds around what is in it, and is put at x = 0; what lies right of
  * it, above or below concerns nobody.
  */
+#include <stddef.h>
+#include <string.h>
 #include "coverage/coverage_internal.h"
 
 #define BAND_UNITS ((double)VD_BAND_ROWS * VD_UNITS)
 
 /* A place at the end of a band's list; null when the blocks are used up: they are counted all the
  * same, so that the next try has enough. */
-static vd_edge *append(vd_tracer *t, int band) {
+static void *append(vd_tracer *t, int band, uint32_t bytes) {
     vd_coverage *coverage = t->coverage;
     vd_edge_list *list = &t->lists[band];
-    const uint32_t place = list->count++ % VD_BLOCK_EDGES;
-    if (place == 0) {
+    const bool empty = list->used == 0;
+    if (empty || list->used + bytes > VD_BLOCK_BYTES) {
         const uint32_t block =
             atomic_fetch_add_explicit(&coverage->block_count, 1, memory_order_relaxed);
-        if (list->count == 1) {
+        if (empty) {
             list->first = block;
         } else if (list->last < coverage->block_capacity) {
             coverage->blocks[list->last].next = block;
+            coverage->blocks[list->last].used = list->used;
         }
         list->last = block;
+        list->used = 0;
     }
-    return list->last < coverage->block_capacity ? &coverage->blocks[list->last].edges[place]
+    const uint32_t place = list->used;
+    list->used += bytes;
+    return list->last < coverage->block_capacity ? &coverage->blocks[list->last].bytes[place / 8]
                                                  : NULL;
 }
 
@@ -35,7 +41,8 @@ static void put(vd_tracer *t, vd_edge edge, double top, double bottom) {
     for (int band = (int)(top / BAND_UNITS); top < bottom; band++) {
         const double start = band * BAND_UNITS, end = start + BAND_UNITS;
         const double stop = bottom < end ? bottom : end;
-        vd_edge *to = append(t, band);
+        vd_edge *to = append(t, band, sizeof edge);
+        t->lists[band].edges++;
         if (to != NULL) {
             edge.y = y - start;
             edge.top = (int32_t)(top - start);
@@ -43,6 +50,18 @@ static void put(vd_tracer *t, vd_edge edge, double top, double bottom) {
             *to = edge;
         }
         top = stop;
+    }
+}
+
+void vd_trace_small(vd_tracer *t, const vd_small *small) {
+    const int top = small->row, bottom = top + small->height - 1;
+    const size_t bytes =
+        offsetof(vd_small, corners) + (size_t)small->record.corner_count * sizeof small->corners[0];
+    for (int band = top / VD_BAND_ROWS; band <= bottom / VD_BAND_ROWS; band++) {
+        void *to = append(t, band, (uint32_t)bytes);
+        if (to != NULL) {
+            memcpy(to, small, bytes);
+        }
     }
 }
 
@@ -56,13 +75,14 @@ static void put_level(vd_tracer *t, vd_edge edge, double y, double left, double 
         return;
     }
     const int band = (int)(y / BAND_UNITS);
-    vd_edge *to = append(t, band);
+    vd_edge *to = append(t, band, sizeof edge);
+    t->lists[band].edges++;
     if (to != NULL) {
         edge.x = left;
         edge.slope = right - left;
         edge.y = y - band * BAND_UNITS;
         edge.top = edge.bottom = (int32_t)edge.y;
-        edge.kind |= VD_EDGE_LEVEL;
+        edge.record.kind |= VD_EDGE_LEVEL;
         *to = edge;
     }
 }
@@ -76,7 +96,7 @@ static double y_at(const vd_edge *edge, double x, double top, double bottom) {
 static void put_left(vd_tracer *t, vd_edge edge, double top, double bottom) {
     edge.x = 0;
     edge.slope = 0;
-    edge.kind |= VD_EDGE_LEFT;
+    edge.record.kind |= VD_EDGE_LEFT;
     put(t, edge, top, bottom);
 }
 
@@ -117,12 +137,12 @@ void vd_trace_segment(vd_tracer *t, double x0, double y0, double x1, double y1) 
         }
         return;
     }
-    vd_edge edge = {.x = x0, .y = y0, .shape = t->shape, .sign = t->sign, .kind = t->kind};
+    vd_edge edge = {.record = {.shape = t->shape, .sign = 1, .kind = t->kind}, .x = x0, .y = y0};
     double x_end = x1, y_end = y1;
     if (y1 < y0) {
         edge.x = x1;
         edge.y = y1;
-        edge.sign = (int8_t)-t->sign;
+        edge.record.sign = -1;
         x_end = x0;
         y_end = y0;
     }

@@ -27,10 +27,11 @@
 #define VD_BAND_ROWS 32
 #define VD_MOST_PIXELS ((double)(1 << 29)) /* how far from the origin a position may be */
 
-/* A fill of at most so many columns that is convex is summed in one piece, band by band. */
-#define VD_SMALL_COLUMNS 62
-#define VD_SMALL_STRIDE (VD_SMALL_COLUMNS + 2)
-#define VD_SMALL_POINTS 32
+/* A fill of at most so many columns and rows and corners that is convex is summed in one piece,
+ * band by band. */
+#define VD_SMALL_PIXELS 62
+#define VD_SMALL_STRIDE (VD_SMALL_PIXELS + 2)
+#define VD_SMALL_CORNERS 32
 
 /* The nearest whole number, of two the even one; |v| < 2^51. */
 static inline double vd_snap(double v) {
@@ -42,41 +43,72 @@ static inline double vd_snap(double v) {
 enum {
     VD_EDGE_SECOND = 1, /* counts for the second winding number: of a fill's expansion */
     VD_EDGE_LEFT = 2,   /* left of the window: stands at x = 0 */
-    VD_EDGE_LEVEL = 4   /* horizontal, from x to x + slope: encloses nothing, but connects */
+    VD_EDGE_LEVEL = 4,  /* horizontal, from x to x + slope: encloses nothing, but connects */
+    VD_EDGE_SMALL = 8   /* not an edge, but a vd_small */
 };
+
+/* What lists hold begins so. */
+typedef struct vd_record {
+    uint32_t shape;
+    uint8_t kind;
+    int8_t sign; /* edges: +1: the path goes down here, −1: up; small shapes: on their left */
+    uint8_t corner_count, width; /* small shapes; of columns */
+} vd_record;
 
 /* The part within one band of a line that goes down. y, top and bottom from the band's top. */
 typedef struct vd_edge {
+    vd_record record;
+    int32_t top, bottom; /* 0 … 32 pixels */
     double x, y;         /* a point of the line, perhaps far outside */
     double slope;        /* dx / dy */
-    int32_t top, bottom; /* 0 … 32 pixels */
-    uint32_t shape;
-    int8_t sign; /* +1: the path goes down here, −1: up */
-    uint8_t kind;
 } vd_edge;
 
 static inline double vd_edge_at(const vd_edge *edge, int32_t y) {
     return edge->x + vd_snap(((double)y - edge->y) * edge->slope);
 }
 
-#define VD_BLOCK_EDGES 25
+/* A corner of a small shape, units from its pixel's. */
+typedef struct vd_corner {
+    int32_t x, y;
+} vd_corner;
 
+/* A small shape: what drawing it takes, as it stands in its lists. */
+typedef struct vd_small {
+    vd_record record;
+    uint16_t column, row; /* the pixel that the corners are relative to */
+    uint16_t height;      /* rows */
+    uint16_t unused;
+    uint16_t color[4];
+    vd_corner corners[VD_SMALL_CORNERS]; /* as many as there are */
+} vd_small;
+
+#define VD_BLOCK_BYTES 1008
+
+/* A piece of a list: records one behind the other. */
 typedef struct vd_edge_block {
-    vd_edge edges[VD_BLOCK_EDGES];
-    uint32_t next;
+    uint32_t next, used; /* bytes */
+    uint64_t bytes[VD_BLOCK_BYTES / 8];
 } vd_edge_block;
 
-/* The edges of one chunk of layers in one band: those of a shape one behind the other. */
+/* The records of one chunk of layers in one band: those of a shape one behind the other. */
 typedef struct vd_edge_list {
     uint32_t first, last; /* blocks */
-    uint32_t count;
+    uint32_t used;        /* bytes of the last one; 0: the list is empty */
+    uint32_t edges;
 } vd_edge_list;
 
-/* One layer's fill or stroke. */
+/* One layer's fill or stroke: what drawing needs of the layer. Layers are large, and a million of
+ * them are in no cache. */
 typedef struct vd_shape {
-    int32_t column, width; /* small: the columns that it may touch */
-    bool small;            /* convex, and of one orientation: all edges' signs are for winding +1 */
+    uint16_t color[4];
+    uint8_t rule; /* vd_fill_rule */
 } vd_shape;
+
+/* A span, and what fills it without a shader. */
+typedef struct vd_colored_span {
+    vd_span span;
+    const uint16_t *color;
+} vd_colored_span;
 
 /* ---- tracing --------------------------------------------------------------------------------- */
 
@@ -111,7 +143,6 @@ typedef struct vd_tracer {
     double tolerance;             /* units */
     double margin;                /* how far outside the window a line may still be seen */
     uint32_t shape;
-    int8_t sign;  /* −1: turn all segments around */
     uint8_t kind; /* VD_EDGE_SECOND or 0 */
     bool out_of_memory;
 } vd_tracer;
@@ -146,6 +177,9 @@ void vd_trace_dashes(vd_tracer *t, const vd_stroke *stroke, const double (*p)[2]
 /* Adds a point; false, with t->out_of_memory set, when there is no memory. */
 bool vd_trace_push(vd_tracer *t, vd_points *points, double x, double y);
 
+/* Adds a small shape. */
+void vd_trace_small(vd_tracer *t, const vd_small *small);
+
 /* Adds a segment. */
 void vd_trace_segment(vd_tracer *t, double x0, double y0, double x1, double y1);
 
@@ -179,7 +213,8 @@ struct vd_coverage_run {
     int bands;
     size_t first, batch_count; /* the batch */
     vd_span_function *function;
-    void *user; /* of the function */
+    void *user;        /* of the function */
+    vd_target *target; /* what the function blends into, or null: a hint */
 };
 
 /* Draws a band's lists of the batch. */

@@ -49,25 +49,65 @@ static inline vd_wide_u32 over(vd_wide_u32 s, vd_wide_u32 below) {
     return (vd_wide_u32)vd_wide_min_i32((vd_wide_i32)sum, vd_wide_splat_i32(65535));
 }
 
+static inline uint64_t round_area(int32_t sum) {
+    const int32_t low = sum < 0 ? 0 : sum;
+    const int32_t cut = low < 1 << 24 ? low : 1 << 24;
+    return (uint64_t)(uint32_t)((cut - (cut >> 16) + 128) >> 8);
+}
+
+/* One by one: summing over lanes takes four steps of two instructions at v4, and most calls are for
+ * a handful of pixels. Stored by fours, as they will be loaded: a load does not wait for one store,
+ * but for four. */
 static void sum_areas(uint16_t *restrict out, int32_t *restrict areas, int32_t base, size_t count) {
-    /* The sum itself one by one: a sum over lanes takes four steps of two instructions at v4, and
-     * most calls are for a handful of pixels. */
     int32_t sum = base;
-    for (size_t i = 0; i < count; i++) {
+    size_t i = 0;
+    for (; i + 4 <= count; i += 4) {
+        const int32_t a = sum + areas[i], b = a + areas[i + 1], c = b + areas[i + 2];
+        sum = c + areas[i + 3];
+        const uint64_t four =
+            round_area(a) | round_area(b) << 16 | round_area(c) << 32 | round_area(sum) << 48;
+        memcpy(out + i, &four, sizeof four);
+        memset(areas + i, 0, 4 * sizeof *areas);
+    }
+    for (; i < count; i++) {
         sum += areas[i];
         areas[i] = 0;
-        const int32_t low = sum < 0 ? 0 : sum;
-        const int32_t cut = low < 1 << 24 ? low : 1 << 24;
-        out[i] = (uint16_t)((cut - (cut >> 16) + 128) >> 8);
+        out[i] = (uint16_t)round_area(sum);
     }
 }
 
+/* ---- one pixel: most spans are a few pixels long, and what is left of a vector costs as much as
+ * all of it ---------------------------------------------------------------------------------------
+ */
+
+typedef uint32_t pixel __attribute__((vector_size(16)));
+typedef uint16_t pixel_u16 __attribute__((vector_size(8)));
+
+static inline pixel load_pixel(const uint16_t *from) {
+    pixel_u16 values;
+    memcpy(&values, from, sizeof values);
+    return __builtin_convertvector(values, pixel);
+}
+
+static inline pixel multiply_pixel(pixel a, pixel b) {
+    const pixel v = a * b + 32768u;
+    return (v + (v >> 16)) >> 16;
+}
+
+static inline void blend_pixel(uint16_t *out, pixel s) {
+    const pixel sum = s + multiply_pixel(load_pixel(out), 65535u - (s[3] + (pixel){0}));
+    const pixel over = (pixel)(sum > 65535u);
+    const pixel_u16 values = __builtin_convertvector((sum & ~over) | (over & 65535u), pixel_u16);
+    memcpy(out, &values, sizeof values);
+}
+
 static inline vd_wide_u32 four_times(const uint16_t color[4]) {
-    vd_wide_u32 v;
-    for (int i = 0; i < VD_WIDE_LANES; i++) {
-        v[i] = color[i % 4];
-    }
-    return v;
+    uint64_t packed;
+    memcpy(&packed, color, sizeof packed);
+    const uint64_t again[4] = {packed, packed, packed, packed};
+    vd_wide_u16 values;
+    memcpy(&values, again, sizeof values);
+    return __builtin_convertvector(values, vd_wide_u32);
 }
 
 /* A colour over pixels that are all wholly covered. */
@@ -84,8 +124,8 @@ static void blend_solid(uint16_t *restrict out, const uint16_t color[4], size_t 
             store_u16(out + 4 * i, over(s, vd_wide_load_u16(out + 4 * i)));
         }
     }
-    if (i < count) {
-        vd_coverage_kernels_reference.blend_color(out + 4 * i, NULL, color, count - i);
+    for (; i < count; i++) {
+        blend_pixel(out + 4 * i, load_pixel(color));
     }
 }
 
@@ -101,8 +141,8 @@ static void blend_color(uint16_t *restrict out, const uint16_t *restrict coverag
         const vd_wide_u32 s = multiply(straight, spread_coverage(coverage + i));
         store_u16(out + 4 * i, over(s, vd_wide_load_u16(out + 4 * i)));
     }
-    if (i < count) {
-        vd_coverage_kernels_reference.blend_color(out + 4 * i, coverage + i, color, count - i);
+    for (; i < count; i++) {
+        blend_pixel(out + 4 * i, multiply_pixel(load_pixel(color), coverage[i] + (pixel){0}));
     }
 }
 
@@ -116,9 +156,9 @@ static void blend_colors(uint16_t *restrict out, const uint16_t *restrict covera
         }
         store_u16(out + 4 * i, over(s, vd_wide_load_u16(out + 4 * i)));
     }
-    if (i < count) {
-        vd_coverage_kernels_reference.blend_colors(
-            out + 4 * i, coverage == NULL ? NULL : coverage + i, colors + 4 * i, count - i);
+    for (; i < count; i++) {
+        const uint32_t covered = coverage == NULL ? 65535u : coverage[i];
+        blend_pixel(out + 4 * i, multiply_pixel(load_pixel(colors + 4 * i), covered + (pixel){0}));
     }
 }
 

@@ -211,13 +211,14 @@ static vd_status draw_shape(clipper *c, vd_coverage_run *run, size_t layer, bool
                 return vd_failure(VD_ERROR_CANCELLED, "drawing paths was cancelled");
             }
             const uint16_t coverage = (uint16_t)(clamp(area) * 65535 + 0.5);
-            const vd_span span = {.x = run->x + x,
-                                  .y = run->y + y,
-                                  .count = 1,
-                                  .coverage = &coverage,
-                                  .layer = layer,
-                                  .stroke = stroke};
-            run->function(run->user, &span);
+            const vd_colored_span colored = {.span = {.x = run->x + x,
+                                                      .y = run->y + y,
+                                                      .count = 1,
+                                                      .coverage = &coverage,
+                                                      .layer = layer,
+                                                      .stroke = stroke},
+                                             .color = shape.color};
+            run->function(run->user, &colored.span);
         }
     }
     return vd_success();

@@ -9,14 +9,16 @@
  *           │ 0  ╲╲         a span without coverage    ╱ 0╲  │
  *             cluster                                 cluster
  *
- * A cluster of one piece only steps from one number to the next: it adds its signed area if that
- * changes inside to outside. Any other goes through coverage_slabs.c. So long rows cost nothing in
+ * A cluster of one piece, or of several that follow one another down the row, only steps from one
+ * number to the next: it adds its signed area if that changes inside to outside. Any other goes
+ * through coverage_slabs.c. So long rows cost nothing in
  * their middle, simple outlines nothing but a sort, and crossings cost where they are.
  *
  * Clusters whose columns of pixels touch make a group, and a group one span: its areas are summed
  * from left to right into coverage (Duff 1989). A convex shape of few columns needs no sort at all:
  * every winding number in it is 0 or 1, so its edges are added as they come, all rows at once.
  */
+#include <stddef.h>
 #include <string.h>
 #include "core/core.h"
 #include "coverage/coverage_rows.h"
@@ -24,8 +26,11 @@
 /* ---- areas ------------------------------------------------------------------------------------
  */
 
+/* One by one: gcc makes the two sums one of 8 bytes, whose load then waits for the stores of two
+ * others that overlap it (a third of the time of small shapes; the empty asm forbids it). */
 static inline void add_pair(int32_t *areas, int32_t area, int32_t height, int32_t sign) {
     areas[0] += sign * area;
+    __asm__("" : "+m"(areas[0]));
     areas[1] += sign * (height - area);
 }
 
@@ -51,7 +56,7 @@ static void add_columns(int32_t *areas, int64_t low, int64_t high, int32_t heigh
     add_pair(areas + column, (int32_t)(rest * from_right >> (VD_UNIT_BITS + 1)), rest, sign);
 }
 
-void vd_add_area(int32_t *areas, int64_t x0, int64_t x1, int32_t height, int32_t sign) {
+static inline void add_area(int32_t *areas, int64_t x0, int64_t x1, int32_t height, int32_t sign) {
     const int shift = VD_AREA_BITS - VD_UNIT_BITS;
     const int64_t column = vd_column(x0);
     if (column == vd_column(x1)) {
@@ -66,46 +71,75 @@ void vd_add_area(int32_t *areas, int64_t x0, int64_t x1, int32_t height, int32_t
     }
 }
 
+void vd_add_area(int32_t *areas, int64_t x0, int64_t x1, int32_t height, int32_t sign) {
+    add_area(areas, x0, x1, height, sign);
+}
+
 /* ---- spans ------------------------------------------------------------------------------------
  */
 
 static void emit(vd_rows *rows, int x, int count, const uint16_t *coverage) {
-    rows->span.x = rows->run->x + x;
-    rows->span.count = count;
-    rows->span.coverage = coverage;
-    rows->run->function(rows->run->user, &rows->span);
+    vd_span *span = &rows->span.span;
+    span->x = rows->run->x + x;
+    span->count = count;
+    span->coverage = coverage;
+    rows->run->function(rows->run->user, span);
 }
 
 /* ---- small convex shapes ----------------------------------------------------------------------
  */
 
-static void draw_small(vd_rows *rows, const vd_shape *shape, const vd_edge *edges, size_t count,
-                       int band_y) {
-    const int64_t shift = (int64_t)shape->column << VD_UNIT_BITS;
-    int first = VD_BAND_ROWS, last = -1;
-    for (size_t i = 0; i < count; i++) {
-        const vd_edge *edge = &edges[i];
-        int32_t y = edge->top;
-        int row = y >> VD_UNIT_BITS;
-        first = row < first ? row : first;
-        int64_t x = (int64_t)vd_edge_at(edge, y);
-        for (; y < edge->bottom; row++) {
-            const int32_t end = (row + 1) << VD_UNIT_BITS;
-            const int32_t stop = edge->bottom < end ? edge->bottom : end;
-            const int64_t next = (int64_t)vd_edge_at(edge, stop);
-            vd_add_area(rows->small + row * VD_SMALL_STRIDE, x - shift, next - shift, stop - y,
-                        edge->sign);
-            x = next;
-            y = stop;
-        }
-        last = last < row - 1 ? row - 1 : last;
+/* Adds the side from a to b, as far as it lies in rows first … last − 1 of the shape. */
+static void add_side(vd_rows *rows, const vd_corner *a, const vd_corner *b, int sign, int first,
+                     int last) {
+    if (b->y < a->y) {
+        const vd_corner *other = a;
+        a = b;
+        b = other;
+        sign = -sign;
     }
-    for (int row = first; row <= last; row++) {
-        int32_t *areas = rows->small + row * VD_SMALL_STRIDE;
-        rows->run->coverage->kernels->sum_areas(rows->coverage, areas, 0, (size_t)shape->width);
-        areas[shape->width] = areas[shape->width + 1] = 0;
-        rows->span.y = band_y + row;
-        emit(rows, shape->column, shape->width, rows->coverage);
+    int32_t y = a->y, end = last << VD_UNIT_BITS;
+    end = b->y < end ? b->y : end;
+    int row = y >> VD_UNIT_BITS;
+    if (row < first) {
+        row = first;
+        y = first << VD_UNIT_BITS;
+    }
+    if (y >= end) {
+        return;
+    }
+    const double slope = (double)(b->x - a->x) / (double)(b->y - a->y);
+    int32_t x = a->x + (int32_t)vd_snap((y - a->y) * slope);
+    int32_t *areas = rows->small + (row - first) * VD_SMALL_STRIDE;
+    for (; y < end; areas += VD_SMALL_STRIDE) {
+        int32_t stop = ++row << VD_UNIT_BITS;
+        stop = end < stop ? end : stop;
+        const int32_t next = a->x + (int32_t)vd_snap((stop - a->y) * slope);
+        add_area(areas, x, next, stop - y, sign);
+        x = next;
+        y = stop;
+    }
+}
+
+static void draw_small(vd_rows *rows, const vd_small *small, int band) {
+    const vd_coverage_kernels *kernels = rows->run->coverage->kernels;
+    const vd_corner *corners = small->corners;
+    const int count = small->record.corner_count, width = small->record.width;
+    const int top = band * VD_BAND_ROWS - small->row; /* of the band, from the shape's row */
+    const int first = top < 0 ? 0 : top, end = small->height;
+    const int last = end < top + VD_BAND_ROWS ? end : top + VD_BAND_ROWS;
+    for (int i = 0; i < count; i++) {
+        add_side(rows, &corners[i], &corners[i + 1 < count ? i + 1 : 0], small->record.sign, first,
+                 last);
+    }
+    int32_t *areas = rows->small;
+    rows->span.span.y = rows->run->y + small->row + first;
+    for (int row = first; row < last; row++) {
+        kernels->sum_areas(rows->coverage, areas, 0, (size_t)width);
+        areas[width] = areas[width + 1] = 0;
+        emit(rows, small->column, width, rows->coverage);
+        areas += VD_SMALL_STRIDE;
+        rows->span.span.y++;
     }
 }
 
@@ -159,7 +193,7 @@ static void set_piece(vd_piece *piece, int32_t row_top, int64_t limit) {
     const int32_t top = edge->top - row_top, bottom = edge->bottom - row_top;
     piece->y0 = top < 0 ? 0 : top;
     piece->y1 = bottom < VD_UNITS ? bottom : VD_UNITS;
-    if (edge->kind & VD_EDGE_LEVEL) {
+    if (edge->record.kind & VD_EDGE_LEVEL) {
         piece->x0 = (int64_t)edge->x;
         piece->x1 = (int64_t)(edge->x + edge->slope);
     } else {
@@ -173,27 +207,42 @@ static void set_piece(vd_piece *piece, int32_t row_top, int64_t limit) {
     piece->high = piece->x0 < piece->x1 ? piece->x1 : piece->x0;
 }
 
+/* Adds pieces that follow one another down the row, each stepping from `left` to what is beyond. */
+static void add_chain(vd_rows *rows, const vd_piece *pieces, size_t count, vd_winding_pair left,
+                      int64_t column) {
+    const int step =
+        vd_is_inside(rows->rule, vd_wind(left, pieces[0].edge)) - vd_is_inside(rows->rule, left);
+    const int64_t shift = column << VD_UNIT_BITS;
+    for (size_t i = 0; i < count && step != 0; i++) {
+        const vd_piece *p = &pieces[i];
+        add_area(rows->areas, p->x0 - shift, p->x1 - shift, p->y1 - p->y0, step);
+    }
+}
+
 /* Adds a group's clusters; returns the winding numbers to their right. */
 static vd_winding_pair add_group(vd_rows *rows, const vd_piece *pieces, size_t count,
                                  vd_winding_pair left, int64_t column) {
+    const int64_t limit = (int64_t)rows->run->width << VD_UNIT_BITS;
     for (size_t i = 0; i < count;) {
-        int64_t high = pieces[i].high;
+        const vd_record *first = &pieces[i].edge->record;
+        int64_t high = pieces[i].high, heights = 0;
+        bool alike = true;
         vd_winding_pair right = left;
         size_t end = i;
         for (; end < count && pieces[end].low <= high; end++) {
-            high = high < pieces[end].high ? pieces[end].high : high;
-            if (pieces[end].y0 == 0 && pieces[end].y1 > 0) {
-                right = vd_wind(right, pieces[end].edge);
+            const vd_piece *p = &pieces[end];
+            high = high < p->high ? p->high : high;
+            heights += p->y1 - p->y0;
+            alike = alike && p->edge->record.sign == first->sign &&
+                    ((p->edge->record.kind ^ first->kind) & VD_EDGE_SECOND) == 0;
+            if (p->y0 == 0 && p->y1 > 0) {
+                right = vd_wind(right, p->edge);
             }
         }
-        if (end == i + 1) {
-            const vd_piece *p = &pieces[i];
-            const int step =
-                vd_is_inside(rows->rule, vd_wind(left, p->edge)) - vd_is_inside(rows->rule, left);
-            if (step != 0) {
-                const int64_t shift = column << VD_UNIT_BITS;
-                vd_add_area(rows->areas, p->x0 - shift, p->x1 - shift, p->y1 - p->y0, step);
-            }
+        /* All one way, and as high as the row: then there is one at every y, since the winding
+         * numbers left and right do not depend on y. What the window cuts off on its right does. */
+        if (end == i + 1 || (alike && heights == VD_UNITS && high < limit)) {
+            add_chain(rows, pieces + i, end - i, left, column);
         } else {
             vd_add_cluster(rows, pieces + i, end - i, left, column);
         }
@@ -278,7 +327,7 @@ static void draw_shape(vd_rows *rows, const vd_edge *edges, size_t count, int ba
         for (size_t i = 0; i < present; i++) {
             vd_piece *piece = &rows->pieces[i];
             set_piece(piece, rows->top, limit);
-            if ((piece->edge->kind & VD_EDGE_LEFT) && piece->y1 - piece->y0 == VD_UNITS) {
+            if ((piece->edge->record.kind & VD_EDGE_LEFT) && piece->y1 - piece->y0 == VD_UNITS) {
                 winding = vd_wind(winding, piece->edge);
             } else {
                 rows->keys[pieces++] = (vd_sort_key){piece->low, (uint32_t)i};
@@ -288,7 +337,7 @@ static void draw_shape(vd_rows *rows, const vd_edge *edges, size_t count, int ba
         for (size_t i = 0; i < pieces; i++) {
             rows->sorted[i] = rows->pieces[rows->keys[i].index];
         }
-        rows->span.y = band_y + row;
+        rows->span.span.y = band_y + row;
         draw_row(rows, rows->sorted, pieces, winding);
     }
 }
@@ -296,47 +345,73 @@ static void draw_shape(vd_rows *rows, const vd_edge *edges, size_t count, int ba
 /* ---- a band -----------------------------------------------------------------------------------
  */
 
+static void begin_shape(vd_rows *rows, uint32_t number, const uint16_t *color) {
+    rows->span.span.layer = rows->run->first + number / 2;
+    rows->span.span.stroke = number % 2 != 0;
+    rows->span.color = color;
+}
+
 /* Draws the edges of one shape, gathered. */
 static void draw_gathered(vd_rows *rows, size_t count, int band) {
-    const vd_coverage_run *run = rows->run;
-    const uint32_t number = rows->gathered[0].shape;
-    const vd_shape *shape = &run->coverage->shapes[number];
-    rows->span.layer = run->first + number / 2;
-    rows->span.stroke = number % 2 != 0;
-    rows->rule = rows->span.stroke ? VD_FILL_RULE_NON_ZERO : run->layers[rows->span.layer].rule;
-    const int top = band * VD_BAND_ROWS;
-    const int left = run->height - top;
-    if (shape->small) {
-        draw_small(rows, shape, rows->gathered, count, run->y + top);
-    } else {
-        draw_shape(rows, rows->gathered, count, run->y + top,
+    const int top = band * VD_BAND_ROWS, left = rows->run->height - top;
+    if (count > 0) {
+        const uint32_t number = rows->gathered[0].record.shape;
+        const vd_shape *shape = &rows->run->coverage->shapes[number];
+        begin_shape(rows, number, shape->color);
+        rows->rule = (vd_fill_rule)shape->rule;
+        draw_shape(rows, rows->gathered, count, rows->run->y + top,
                    left < VD_BAND_ROWS ? left : VD_BAND_ROWS);
     }
 }
 
+static uint32_t size_of(const vd_record *record) {
+    return record->kind & VD_EDGE_SMALL
+               ? (uint32_t)offsetof(vd_small, corners) + 8 * (uint32_t)record->corner_count
+               : (uint32_t)sizeof(vd_edge);
+}
+
+/* Draws the records of a block; the first `count` edges of a shape are gathered already. Returns
+ * how many are at its end. */
+static size_t draw_block(vd_rows *rows, const vd_edge_block *block, uint32_t used, size_t count,
+                         int band) {
+    for (uint32_t at = 0; at < used;) {
+        const vd_record *record = (const vd_record *)(const void *)&block->bytes[at / 8];
+        if (count > 0 && record->shape != rows->gathered[0].record.shape) {
+            draw_gathered(rows, count, band);
+            count = 0;
+        }
+        if (record->kind & VD_EDGE_SMALL) {
+            const vd_small *small = (const vd_small *)(const void *)record;
+            begin_shape(rows, record->shape, small->color);
+            draw_small(rows, small, band);
+        } else {
+            memcpy(&rows->gathered[count++], record, sizeof *rows->gathered);
+        }
+        at += size_of(record);
+    }
+    return count;
+}
+
+static void draw_list(vd_rows *rows, const vd_edge_list *list, int band) {
+    const vd_edge_block *blocks = rows->run->coverage->blocks;
+    size_t count = 0;
+    for (uint32_t i = list->first; i != list->last; i = blocks[i].next) {
+        count = draw_block(rows, &blocks[i], blocks[i].used, count, band);
+    }
+    count = draw_block(rows, &blocks[list->last], list->used, count, band);
+    draw_gathered(rows, count, band);
+}
+
 void vd_rows_band(const vd_coverage_run *run, int chunks, int band, int worker) {
-    const vd_coverage *coverage = run->coverage;
-    vd_rows *rows = coverage->workers[worker].rows;
+    vd_rows *rows = run->coverage->workers[worker].rows;
     rows->run = run;
     rows->job = run->job;
-    rows->span.worker = worker;
+    rows->span.span.worker = worker;
     for (int chunk = 0; chunk < chunks; chunk++) {
-        const vd_edge_list *list = &coverage->lists[(size_t)chunk * (size_t)run->bands + band];
-        const vd_edge_block *block = list->count > 0 ? &coverage->blocks[list->first] : NULL;
-        size_t count = 0;
-        for (uint32_t i = 0; i < list->count; i++) {
-            if (i > 0 && i % VD_BLOCK_EDGES == 0) {
-                block = &coverage->blocks[block->next];
-            }
-            const vd_edge *edge = &block->edges[i % VD_BLOCK_EDGES];
-            if (count > 0 && edge->shape != rows->gathered[0].shape) {
-                draw_gathered(rows, count, band);
-                count = 0;
-            }
-            rows->gathered[count++] = *edge;
-        }
-        if (count > 0) {
-            draw_gathered(rows, count, band);
+        const vd_edge_list *list =
+            &run->coverage->lists[(size_t)chunk * (size_t)run->bands + (size_t)band];
+        if (list->used > 0) {
+            draw_list(rows, list, band);
         }
     }
 }

@@ -45,7 +45,7 @@ typedef struct vd_rows {
     uint16_t *coverage; /* [columns] */
     /* What is being drawn. */
     const vd_coverage_run *run;
-    vd_span span;
+    vd_colored_span span;
     vd_fill_rule rule;
     int32_t top; /* of the row, from the band's top, units */
     vd_job *job;
@@ -57,9 +57,9 @@ static inline int vd_is_inside(vd_fill_rule rule, vd_winding_pair w) {
 }
 
 static inline vd_winding_pair vd_wind(vd_winding_pair w, const vd_edge *edge) {
-    const int second = edge->kind & VD_EDGE_SECOND;
-    w.a += second ? 0 : edge->sign;
-    w.b += second ? edge->sign : 0;
+    const int second = edge->record.kind & VD_EDGE_SECOND;
+    w.a += second ? 0 : edge->record.sign;
+    w.b += second ? edge->record.sign : 0;
     return w;
 }
 

@@ -6,6 +6,7 @@
  * (de Casteljau) makes fewer lines of curves whose bend varies, but no fewer of glyphs' and arcs'.
  */
 #include <math.h>
+#include <string.h>
 #include "coverage/coverage_internal.h"
 
 #define MOST_LINES 4096
@@ -239,10 +240,9 @@ static int find_orientation(const double (*p)[2], int count) {
     return changes + (first != last) <= 2 ? orientation : 0;
 }
 
-/* Traces a polygon of few points in one go, marking what is convex and narrow; false when it is
- * neither small nor outside the window. */
-static bool trace_small(vd_tracer *t, const vd_layer *layer, vd_shape *shape) {
-    double p[VD_SMALL_POINTS][2];
+/* Adds a polygon that is small; false when it is not. */
+static bool trace_small(vd_tracer *t, const vd_layer *layer) {
+    double p[VD_SMALL_CORNERS][2];
     const int count = (int)layer->path.point_count;
     double min_x = 0x1p60, max_x = -0x1p60, min_y = 0x1p60, max_y = -0x1p60;
     for (int i = 0; i < count; i++) {
@@ -255,33 +255,38 @@ static bool trace_small(vd_tracer *t, const vd_layer *layer, vd_shape *shape) {
     if (max_x <= 0 || max_y <= 0 || min_x >= t->width || min_y >= t->height) {
         return true;
     }
-    const double left = min_x < 0 ? 0 : min_x, right = max_x < t->width ? max_x : t->width;
-    const int column = (int)(left / VD_UNITS);
-    const int end = (int)((right + (VD_UNITS - 1)) / VD_UNITS);
-    if (end - column > VD_SMALL_COLUMNS) {
+    const double most = VD_SMALL_PIXELS * (double)VD_UNITS - VD_UNITS;
+    if (min_x < 0 || min_y < 0 || max_x > t->width || max_y > t->height || max_x - min_x > most ||
+        max_y - min_y > most) {
         return false;
     }
     const int orientation = find_orientation((const double(*)[2])p, count);
     if (orientation == 0) {
         return false;
     }
-    shape->small = true;
-    shape->column = column;
-    shape->width = end - column;
-    t->sign = (int8_t)-orientation; /* down on the left */
+    vd_small small; /* only as much as there is of it */
+    small.record = (vd_record){.shape = t->shape,
+                               .kind = VD_EDGE_SMALL,
+                               .sign = (int8_t)-orientation,
+                               .corner_count = (uint8_t)count};
+    small.unused = 0;
+    const int column = (int)(min_x / VD_UNITS), row = (int)(min_y / VD_UNITS);
+    small.column = (uint16_t)column;
+    small.row = (uint16_t)row;
+    small.record.width = (uint8_t)((int)((max_x + (VD_UNITS - 1)) / VD_UNITS) - column);
+    small.height = (uint16_t)((int)((max_y + (VD_UNITS - 1)) / VD_UNITS) - row);
+    memcpy(small.color, layer->fill, sizeof small.color);
     for (int i = 0; i < count; i++) {
-        const double *a = p[i], *b = p[i + 1 < count ? i + 1 : 0];
-        if (a[1] != b[1]) {
-            vd_trace_segment(t, a[0], a[1], b[0], b[1]);
-        }
+        small.corners[i].x = (int32_t)(p[i][0] - column * (double)VD_UNITS);
+        small.corners[i].y = (int32_t)(p[i][1] - row * (double)VD_UNITS);
     }
-    t->sign = 1;
+    vd_trace_small(t, &small);
     return true;
 }
 
 void vd_trace_layer(vd_tracer *t, const vd_layer *layer, bool stroke, vd_shape *shape) {
-    shape->small = false;
-    t->sign = 1;
+    memcpy(shape->color, stroke ? layer->stroke->color : layer->fill, sizeof shape->color);
+    shape->rule = (uint8_t)(stroke ? VD_FILL_RULE_NON_ZERO : layer->rule);
     t->kind = 0;
     t->margin = 0;
     if (stroke) {
@@ -291,7 +296,7 @@ void vd_trace_layer(vd_tracer *t, const vd_layer *layer, bool stroke, vd_shape *
     }
     const bool grown = layer->expand > 0;
     if (t->segments == NULL && !grown && layer->path.verbs == NULL &&
-        layer->path.point_count <= VD_SMALL_POINTS && trace_small(t, layer, shape)) {
+        layer->path.point_count <= VD_SMALL_CORNERS && trace_small(t, layer)) {
         return;
     }
     trace_path(t, layer, NULL, false);
