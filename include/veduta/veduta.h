@@ -9,6 +9,7 @@
 #include <veduta/color.h>
 #include <veduta/colormap.h>
 #include <veduta/context.h>
+#include <veduta/coverage.h>
 #include <veduta/dem.h>
 #include <veduta/frame.h>
 #include <veduta/function.h>

@@ -1,0 +1,2 @@
+#define TABLE vd_coverage_kernels_v2
+#include "coverage/coverage_kernels.inl"
