@@ -192,6 +192,25 @@ static double pan_variance(vd_context *context, const vd_terrain_def *def) {
     return variance / ((PAN_BOTTOM - PAN_TOP) * (PAN_RIGHT - PAN_LEFT) * 3);
 }
 
+static void a_moving_sun_takes_no_memory(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    vd_heightfield *map = noise_map(context);
+    vd_terrain_def def = vd_terrain_def_default();
+    def.heightfield = map;
+    vd_terrain_renderer *renderer = NULL;
+    assert_ok(vd_terrain_renderer_create(context, NULL, &def, &renderer));
+    const uint64_t allocations = vd_context_memory(context).allocations;
+    for (int hour = 0; hour < 4; hour++) {
+        const vd_light light = vd_light_daylight(1.0 + 0.8 * hour, 0.05 + 0.3 * hour);
+        assert_ok(vd_terrain_renderer_light(renderer, NULL, &light));
+    }
+    assert_int_equal(vd_context_memory(context).allocations, allocations);
+    vd_terrain_renderer_destroy(&renderer);
+    vd_heightfield_destroy(context, &map);
+    vd_context_destroy(&context);
+}
+
 static void distance_does_not_sparkle(void **state) {
     (void)state;
     vd_context *context = test_context(2, VD_ISA_AUTO);
@@ -218,6 +237,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(march_draws_what_raycast_draws),
         cmocka_unit_test(a_moving_sun_draws_as_a_new_renderer),
+        cmocka_unit_test(a_moving_sun_takes_no_memory),
         cmocka_unit_test(distance_does_not_sparkle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

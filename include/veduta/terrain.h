@@ -104,8 +104,9 @@ VD_API VD_MUST_USE vd_status vd_terrain_renderer_create(vd_context *context, vd_
 VD_API void vd_terrain_renderer_destroy(vd_terrain_renderer **renderer);
 
 /* Changes the light: a sun that moves. Cost: lighting and shadowing every sample of the map, some
- * nanoseconds each. Returns VD_ERROR_ARGUMENT, VD_ERROR_MEMORY or VD_ERROR_CANCELLED (colours are
- * then unfinished). */
+ * nanoseconds each. Takes memory only while it works, and none where the colours are the map's own
+ * samples and the map is not small. Returns VD_ERROR_ARGUMENT, VD_ERROR_MEMORY or
+ * VD_ERROR_CANCELLED (colours are then unfinished). */
 VD_API VD_MUST_USE vd_status vd_terrain_renderer_light(vd_terrain_renderer *renderer, vd_job *job,
                                                        const vd_light *light);
 
