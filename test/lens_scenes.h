@@ -39,8 +39,8 @@ static inline float height_of(uint64_t *random, int kind, int c, int r, bool hol
 }
 
 static inline vd_heightfield *random_map(vd_context *context, uint64_t *random) {
-    static const int sizes[] = {2, 3, 5, 17, 33, 64, 65, 150};
-    const int width = sizes[pick(random, 8)], height = sizes[pick(random, 8)];
+    static const int sizes[] = {2, 3, 5, 17, 33, 64, 65, 150, 257};
+    const int width = sizes[pick(random, 9)], height = sizes[pick(random, 9)];
     const int kind = pick(random, KINDS);
     const bool holes = pick(random, 3) == 0;
     float *heights = vd_allocate(context, (size_t)width * (size_t)height, sizeof *heights);

@@ -47,7 +47,8 @@ static void march_draws_what_raycast_draws(void **state) {
     assert_true(vd_colormap_find("viridis", &colormap));
     for (int scene = 0; scene < scenes; scene++) {
         uint64_t random = (uint64_t)scene * 77 + 5;
-        const int width = 1 + pick(&random, 70), height = 1 + pick(&random, 50);
+        const int larger = scene % 40 == 0 ? 5 : 1; /* some of many tiles */
+        const int width = 1 + pick(&random, 70 * larger), height = 1 + pick(&random, 50 * larger);
         vd_heightfield *map = random_map(contexts[VD_ISA_V2], &random);
         const vd_camera camera = random_camera(map, &random, width, height);
         vd_terrain_def def = random_def(map, &colormap, &random);
