@@ -128,9 +128,9 @@ VD_API void vd_coverage_destroy(vd_coverage **coverage);
  *
  * With VD_COVERAGE_ROWS coverage differs from the true area by less than 16/65535 = 1/4096 as long
  * as no pixel holds more than 64 pixels' length of outline: positions are rounded to 2⁻²⁰ pixel,
- * areas to 2⁻²⁴, and the result to 1/65535.
- * Cost: what is outside the picture is passed over; a row's cost is its edges', sorted, plus its
- * edges' crossings, plus the pixels inside.
+ * areas to 2⁻²⁴, and the result to 1/65535. Windows of one picture that are drawn one by one agree
+ * to 1/65535. Cost: what is outside the picture is passed over; a row's cost is its edges', sorted,
+ * plus its edges' crossings, plus the pixels inside.
  *
  * Returns VD_ERROR_ARGUMENT (a null pointer, an impossible path or field, a position that is not
  * finite: the sentence names layer and field), VD_ERROR_LIMIT (a position farther than 2²⁹ pixels

@@ -111,7 +111,9 @@ static vd_status find_cuts(clipper *c, vd_context *context) {
             }
         }
     }
-    qsort(c->cuts, c->cut_count, sizeof *c->cuts, compare_doubles);
+    if (c->cut_count > 0) {
+        qsort(c->cuts, c->cut_count, sizeof *c->cuts, compare_doubles);
+    }
     return status;
 }
 
