@@ -302,7 +302,7 @@ vd_status vd_raster_prepare(vd_raster *raster, vd_job *job, const vd_raster_def 
     scene->width = frame->width;
     scene->height = frame->height;
     premultiply(def->background, scene->background);
-    raster->prepared = false;
+    raster->prepared = raster->bare = false;
     status = init_drawings(raster, def, camera, draws, count, frame);
     if (status.code == VD_OK) {
         status = vd_raster_choose(raster, def);
@@ -389,9 +389,13 @@ vd_status vd_raster_render(vd_raster *raster, vd_job *job, const vd_raster_def *
         return status;
     }
     raster->frame = frame;
+    raster->bare = raster->kernels->shade_frame != NULL && def->samples == 1 && count == 1 &&
+                   raster->scene.drawings[0].shader == vd_shader_find(VD_SHADING_DEPTH) &&
+                   !raster->scene.drawings[0].special;
     raster->stream = (size_t)frame->width * (size_t)frame->height > STREAM_PIXELS;
     status =
         vd_parallel_for(raster->context, job, raster->tiles_x * raster->tiles_y, draw_tile, raster);
+    raster->bare = false; /* targets want ids */
     if (stats != NULL) {
         memset(stats, 0, sizeof *stats);
         stats->primitives = raster->primitives;

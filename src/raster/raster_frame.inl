@@ -83,7 +83,8 @@ static void fill_frame(const vd_scene *scene, const vd_visible *visible, vd_fram
     }
 }
 
-/* Depth shading of a scene of one draw: the window's own depths are all there is to it. */
+/* Depth shading of a scene of one draw: the window's own depths are all there is to it; what shows
+ * something has a depth above 0. */
 static uint64_t shade_depths(const vd_scene *scene, const vd_visible *visible, vd_frame *frame,
                              bool stream) {
     const vd_drawing *drawing = &scene->drawings[0];
@@ -100,10 +101,8 @@ static uint64_t shade_depths(const vd_scene *scene, const vd_visible *visible, v
         for (int x = 0; x < (visible->width + VD_BATCH - 1) / VD_BATCH * VD_BATCH;
              x += VD_WIDE_LANES) {
             const vd_wide_f32 depth = vd_wide_load_f32(visible->depth + row + x);
-            const vd_wide_i32 id =
-                vd_wide_load_i32((const int32_t *)(const void *)(visible->id + row + x));
             const vd_wide_mask empty =
-                vd_wide_or(vd_wide_equal_i32(id, none),
+                vd_wide_or(vd_wide_equal_f32(depth, vd_wide_splat_f32(0.0f)),
                            vd_wide_less_i32(vd_wide_splat_i32(visible->width - 1 - x), ramp));
             const vd_wide_f32 grey = grey_of(depth, range->farthest, scale);
             const vd_wide_u32 v = to_8_bits((vd_wide_u32)vd_wide_to_i32(grey * 65535.0f + 0.5f));

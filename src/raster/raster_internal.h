@@ -216,6 +216,7 @@ typedef struct vd_visible {
     size_t stride, plane;
     float *depth;
     uint32_t *id;
+    bool bare;           /* nobody asks for ids: they may be anything */
     vd_pending *pending; /* null: only the reference fills it */
     float hidden[8];     /* by sample: all depths of the window are at least this */
     /* The same of its VD_HIDE_BLOCKS² blocks of 2^block_shift pixels a side, in rows. */

@@ -219,7 +219,9 @@ void vd_raster_place(vd_raster *raster, vd_worker *worker, int x, int y) {
 static void clear_window(vd_visible *visible, bool several) {
     const size_t count = visible->plane * (size_t)visible->samples;
     memset(visible->depth, 0, count * sizeof *visible->depth);
-    memset(visible->id, 0, count * sizeof *visible->id);
+    if (!visible->bare) {
+        memset(visible->id, 0, count * sizeof *visible->id);
+    }
     memset(visible->hidden, 0, sizeof visible->hidden);
     visible->hides = false;
     visible->since = several ? 0 : INT32_MIN; /* see find_hidden */
@@ -251,6 +253,7 @@ bool vd_raster_is_empty(const vd_raster *raster, int x, int y) {
 
 void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y) {
     vd_raster_place(raster, worker, x, y);
+    worker->visible.bare = raster->bare;
     clear_window(&worker->visible, raster->scene.drawing_count > 1);
     if (raster->method->see != NULL) {
         raster->method->see(raster, worker);

@@ -62,6 +62,7 @@ struct vd_raster {
     vd_frame *frame;
     bool stream; /* the frame is too large for the caches: store past them */
     bool prepared;
+    bool bare; /* the picture is made of depths alone */
 };
 
 /* Sorts all primitives of the scene. */
