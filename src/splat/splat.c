@@ -39,7 +39,8 @@ vd_status vd_splatter_create(vd_context *context, vd_splatter **out) {
     splatter->scratch = vd_allocate_zero(context, threads, sizeof *splatter->scratch);
     splatter->shares = vd_allocate(context, 1, sizeof *splatter->shares);
     const size_t capacity = VD_CHUNK_PARTICLES + 16;
-    const size_t scratch_bytes = capacity * (sizeof(vd_splat_record) + sizeof(int32_t));
+    const size_t scratch_bytes =
+        capacity * (sizeof(vd_splat_record) + sizeof(int32_t) + sizeof(uint32_t));
     vd_status status = vd_splat_reserve(context, &splatter->scratch_memory,
                                         "scratch to project splats", threads, scratch_bytes);
     if (splatter->sorters == NULL || splatter->scratch == NULL || splatter->shares == NULL) {
@@ -53,6 +54,7 @@ vd_status vd_splatter_create(vd_context *context, vd_splatter **out) {
     for (size_t i = 0; i < threads; i++, at += scratch_bytes) {
         splatter->scratch[i].records = (vd_splat_record *)(void *)at;
         splatter->scratch[i].tiles = (int32_t *)(void *)(splatter->scratch[i].records + capacity);
+        splatter->scratch[i].sequence = (uint32_t *)(void *)(splatter->scratch[i].tiles + capacity);
     }
     fill_shares(splatter->shares);
     vd_splat_profile_init(&splatter->profiles[0], VD_SPLAT_GAUSSIAN);
@@ -68,10 +70,11 @@ void vd_splatter_destroy(vd_splatter **splatter_in_out) {
     vd_splatter *splatter = *splatter_in_out;
     *splatter_in_out = NULL;
     vd_context *context = splatter->context;
-    const vd_splat_memory *memories[] = {
-        &splatter->placing_memory, &splatter->sequence_memory, &splatter->order_memory,
-        &splatter->tile_memory,    &splatter->touched_memory,  &splatter->extreme_memory,
-        &splatter->chunk_memory,   &splatter->sort_memory,     &splatter->scratch_memory};
+    const vd_splat_memory *memories[] = {&splatter->placing_memory, &splatter->sequence_memory,
+                                         &splatter->order_memory,   &splatter->tile_memory,
+                                         &splatter->touched_memory, &splatter->extreme_memory,
+                                         &splatter->chunk_memory,   &splatter->sort_memory,
+                                         &splatter->scratch_memory, &splatter->counter_memory};
     for (size_t i = 0; i < sizeof memories / sizeof memories[0]; i++) {
         vd_release(context, memories[i]->at);
     }

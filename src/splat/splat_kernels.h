@@ -11,21 +11,23 @@
 #define VD_TILE_DOWN (-0x7FFFFFFF - 1) /* also to the lower one */
 #define VD_TILE_MASK 0x1FFFFFFF
 
-/* Where a chunk of particles is projected to, in drawing order. One scratch a thread; `large` is
- * the chunk's own. */
+/* Where a chunk of particles is projected to. One scratch a thread; `large` is the chunk's own. */
 typedef struct vd_splat_scratch {
     int count;
     int32_t *tiles;           /* [capacity + 16]: tile and VD_TILE_ bits; tile_count: not drawn */
     vd_splat_record *records; /* [capacity + 16] */
+    uint32_t *sequence;       /* [capacity + 16]: numbers of records in drawing order */
     vd_splat_large *large;    /* [capacity] */
+    uint32_t *counters;       /* [4][tile_count + 1] */
     uint32_t large_count;
     vd_splat_counts counts;
 } vd_splat_scratch;
 
-/* Projects particles first … first + count − 1 of a list's drawing order, behind what the scratch
- * holds. */
+/* Projects particles order[first] … order[first + count − 1] of a list, or where `order` is null
+ * first … first + count − 1, behind what the scratch holds. */
 typedef void vd_kernel_splat_project(const vd_splat_picture *picture, const vd_placing *placing,
-                                     size_t first, size_t count, vd_splat_scratch *scratch);
+                                     const uint32_t *order, size_t first, size_t count,
+                                     vd_splat_scratch *scratch);
 
 /* A tile while it is drawn. */
 typedef struct vd_splat_tile {

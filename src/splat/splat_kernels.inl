@@ -14,18 +14,18 @@ typedef struct lanes {
     vd_wide_i32 at;
 } lanes;
 
-static inline lanes choose_lanes(const vd_placing *p, size_t first, size_t left) {
-    lanes l = {p->order == NULL, first, {0}};
+static inline lanes choose_lanes(const uint32_t *order, size_t first, size_t left) {
+    lanes l = {order == NULL, first, {0}};
     if (left >= VD_WIDE_LANES) {
         if (!l.in_a_row) {
-            l.at = vd_wide_load_i32((const int32_t *)(const void *)(p->order + first));
+            l.at = vd_wide_load_i32((const int32_t *)(const void *)(order + first));
         }
         return l;
     }
     l.in_a_row = false;
     for (size_t i = 0; i < VD_WIDE_LANES; i++) {
         const size_t k = first + (i < left ? i : left - 1);
-        l.at[i] = (int32_t)(p->order != NULL ? p->order[k] : k);
+        l.at[i] = (int32_t)(order != NULL ? order[k] : k);
     }
     return l;
 }
@@ -231,14 +231,14 @@ static inline vd_wide_f32 snap(const vd_splat_picture *picture, vd_wide_f32 at, 
     return snapped;
 }
 
-static void project(const vd_splat_picture *picture, const vd_placing *p, size_t first,
-                    size_t count, vd_splat_scratch *scratch) {
+static void project(const vd_splat_picture *picture, const vd_placing *p, const uint32_t *order,
+                    size_t first, size_t count, vd_splat_scratch *scratch) {
     const vd_wide_i32 steps = vd_wide_count_i32();
     const bool spreads = picture->mode != VD_SPLAT_NEAREST;
     for (size_t i = 0; i < count; i += VD_WIDE_LANES) {
         const size_t left = count - i;
         const int lane_count = left < VD_WIDE_LANES ? (int)left : VD_WIDE_LANES;
-        const lanes l = choose_lanes(p, first + i, left);
+        const lanes l = choose_lanes(order, first + i, left);
         const vd_wide_mask active = vd_wide_less_i32(steps, vd_wide_splat_i32(lane_count));
         const projected dots = project_lanes(picture, p, &l, active, &scratch->counts);
         const vd_wide_mask large = vd_wide_and(
@@ -282,19 +282,34 @@ static void project(const vd_splat_picture *picture, const vd_placing *p, size_t
 
 /* ---- blending ---------------------------------------------------------------------------------*/
 
+/* Records whose pixels are asked for ahead of time; behind the last ones stands something. */
+#define AHEAD 12
+
 /* Two pixels of four floats. */
 typedef float pair __attribute__((vector_size(32)));
 typedef int32_t pair_i32 __attribute__((vector_size(32)));
 typedef uint8_t pair_u8 __attribute__((vector_size(8)));
 
+/* Pixel by pixel: a splat that overlaps the one before finds each of its pixels in one store, which
+ * goes straight from store to load; and no access crosses a cache line. */
 static inline pair load_pair(const float *from) {
+#if defined(__AVX2__)
+    const __m256 left = _mm256_castps128_ps256(_mm_load_ps(from));
+    return (pair)_mm256_insertf128_ps(left, _mm_load_ps(from + 4), 1);
+#else
     pair v;
     memcpy(&v, from, sizeof v);
     return v;
+#endif
 }
 
 static inline void store_pair(float *to, pair v) {
+#if defined(__AVX2__)
+    _mm_store_ps(to, _mm256_castps256_ps128((__m256)v));
+    _mm_store_ps(to + 4, _mm256_extractf128_ps((__m256)v, 1));
+#else
     memcpy(to, &v, sizeof v);
+#endif
 }
 
 static inline pair color_pair(uint32_t color) {
@@ -349,6 +364,8 @@ static void blend_alpha(const vd_splat_tile *tile, const vd_splat_record *record
                         const vd_splat_large *large, const vd_splat_shares *shares) {
     float *pixels = tile->pixels;
     for (const vd_splat_record *r = records, *end = records + count; r < end; r++) {
+        __builtin_prefetch(pixels + 4 * (r[AHEAD].head & 0xFFFF));
+        __builtin_prefetch(pixels + 4 * ((r[AHEAD].head & 0xFFFF) + VD_TILE_STRIDE));
         if (r->head >= VD_LARGE) {
             blend_large(tile, &large[r->head & ~VD_LARGE]);
             continue;
@@ -357,7 +374,8 @@ static void blend_alpha(const vd_splat_tile *tile, const vd_splat_record *record
         float upper_alpha, lower_alpha;
         memcpy(&upper_alpha, &r->b, sizeof upper_alpha);
         memcpy(&lower_alpha, &r->c, sizeof lower_alpha);
-        const pair share = load_pair((*shares)[r->head >> 16]);
+        pair share;
+        memcpy(&share, (*shares)[r->head >> 16], sizeof share);
         const pair color = color_pair(r->a);
         const pair a = load_pair(upper), b = load_pair(lower);
         store_pair(upper, a + (color - a) * (share * upper_alpha));

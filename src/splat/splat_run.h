@@ -6,9 +6,10 @@
 
 /* Particles projected at a time by one thread, records that may come of them, and how many such
  * chunks are drawn at a time. */
-#define VD_CHUNK_PARTICLES 8192
+#define VD_CHUNK_PARTICLES 16384
 #define VD_CHUNK_RECORDS (VD_CHUNK_PARTICLES + VD_CHUNK_PARTICLES / 4)
-#define VD_BATCH_CHUNKS 48
+#define VD_RECORDS_AHEAD 16 /* blending looks at that many records behind the last one */
+#define VD_BATCH_CHUNKS 16
 
 /* Lists of more particles than this are sorted one by one, by one thread with memory of its own. */
 #define VD_SORT_MUCH ((size_t)1 << 18)
@@ -35,7 +36,7 @@ typedef struct vd_splat_chunk {
     size_t count;
     bool failed; /* more records than there is room for */
     int first_tile, last_tile;
-    uint32_t *ends; /* [tile_count + 1]: tile t has records ends[t − 1] … ends[t] − 1 */
+    uint32_t *ends;           /* [tile_count]: tile t has records ends[t − 1] … ends[t] − 1 */
     vd_splat_record *records; /* [chunk_records] */
     vd_splat_large *large;    /* [VD_CHUNK_PARTICLES] */
     vd_splat_counts counts;
@@ -73,7 +74,7 @@ struct vd_splatter {
     uint64_t (*extremes)[2]; /* [tile_count]: least sum above 0, greatest */
     vd_frame *frame;
     vd_splat_memory placing_memory, sequence_memory, order_memory, tile_memory, touched_memory,
-        extreme_memory, chunk_memory, sort_memory, scratch_memory;
+        extreme_memory, chunk_memory, sort_memory, scratch_memory, counter_memory;
 };
 
 /* ---- splat_lists.c --------------------------------------------------------------------------- */
