@@ -466,7 +466,7 @@ static void jobs_can_be_cancelled(void **state) {
 
 static void sorting_is_stable(void **state) {
     (void)state;
-    static const size_t counts[] = {0, 1, 2, 48, 49, 1000, 5000};
+    static const size_t counts[] = {0, 1, 2, 128, 129, 1000, 5000};
     vd_sorter *sorter = malloc(sizeof *sorter);
     sorter->keys = malloc(5000 * sizeof *sorter->keys);
     sorter->pairs = malloc(5000 * sizeof *sorter->pairs);

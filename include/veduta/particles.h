@@ -29,6 +29,12 @@ VD_API VD_MUST_USE vd_status vd_particles_generate(vd_context *context, vd_job *
                                                    size_t count, vd_particles **out);
 VD_API void vd_particles_destroy(vd_particles **particles);
 
+/* Writes particles, by the ending of the path: .ply (binary, little-endian: float x, y, z, radius,
+ * mass, speed, uchar class), .csv (the same names in the first line), .raw or .f32 (little-endian
+ * floats x, y, z, radius, mass, speed, particle after particle). "-" is standard output, as CSV.
+ * Written beside and renamed. Returns VD_ERROR_ARGUMENT (another ending) or VD_ERROR_IO. */
+VD_API VD_MUST_USE vd_status vd_particles_save(const vd_particles *particles, const char *path);
+
 /* Returns the run [first, first + count) as splats with bounds: positions, radii, masses as
  * weights, speeds as values. first + count <= particles->count. The arrays stay the particles'. */
 VD_API vd_splats vd_particles_splats(const vd_particles *particles, size_t first, size_t count);

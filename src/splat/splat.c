@@ -54,7 +54,8 @@ vd_status vd_splatter_create(vd_context *context, vd_splatter **out) {
     for (size_t i = 0; i < threads; i++, at += scratch_bytes) {
         splatter->scratch[i].records = (vd_splat_record *)(void *)at;
         splatter->scratch[i].tiles = (int32_t *)(void *)(splatter->scratch[i].records + capacity);
-        splatter->scratch[i].sequence = (uint32_t *)(void *)(splatter->scratch[i].tiles + capacity);
+        splatter->scratch[i].own_sequence =
+            (uint32_t *)(void *)(splatter->scratch[i].tiles + capacity);
     }
     fill_shares(splatter->shares);
     vd_splat_profile_init(&splatter->profiles[0], VD_SPLAT_GAUSSIAN);
@@ -128,13 +129,19 @@ static void widen(uint64_t extremes[2], const uint64_t *sums, int count) {
     }
 }
 
+/* A splat's faintest part is 2⁻¹⁶ of its weight: by logarithm, the range of the colours ends so far
+ * below the greatest density. */
+#define FAINTEST 1e-6f
+
 /* The colours' range of a picture of densities whose def leaves it open. */
 static void set_density_range(vd_splat_picture *picture, const vd_splat_def *def,
                               const uint64_t extremes[2]) {
     if (def->mode == VD_SPLAT_DENSITY && !(def->range_max > def->range_min)) {
         const float scale = picture->density_scale;
-        const float low = def->log && extremes[1] > 0 ? (float)(int64_t)extremes[0] * scale : 0.0f;
-        vd_splat_picture_set_range(picture, def, low, (float)(int64_t)extremes[1] * scale);
+        const float high = (float)(int64_t)extremes[1] * scale;
+        float low = def->log && high > 0.0f ? (float)(int64_t)extremes[0] * scale : 0.0f;
+        low = low < high * FAINTEST && def->log ? high * FAINTEST : low;
+        vd_splat_picture_set_range(picture, def, low, high);
     }
 }
 

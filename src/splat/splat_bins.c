@@ -1,16 +1,16 @@
 /* splat_bins.c: from projected particles to tiles.
  *
- * The picture is cut into tiles of 32 × 32 pixels, each drawn by one thread at a time, so that
+ * The picture is cut into tiles of 64 × 64 pixels, each drawn by one thread at a time, so that
  * pixels need no locks and see their splats in order whatever the number of threads. Work goes in
  * two steps that overlap:
  *
- *   batch n + 1:  chunk, chunk, …   project 8,192 particles, count them by tile, write 16-byte
- *                                   records tile by tile
+ *   batch n + 1:  chunk, chunk, …   project about 8,192 particles, count them by tile, write
+ *                                   16-byte records tile by tile
  *   batch n:      tile, tile, …     walk the chunks in order, blend the tile's records
  *
  * Both are tasks of one parallel loop, tiles first: a tile with half of all particles keeps one
- * thread busy while the others project. A batch's records (8 MB) stay in the caches. What each tile
- * has drawn so far stays too: 18 KB of floats, which fit the first level.
+ * thread busy while the others project. A batch's records (2 MB) stay in the caches, and of what
+ * the tiles have drawn so far the 70 KB of floats that each thread works on.
  *
  * A chunk with more records than room (large splats over many tiles) fails; what comes before it is
  * drawn, and it is tried again with a quarter of its particles. So memory is bounded whatever
@@ -45,9 +45,9 @@ static size_t advance(const vd_splatter *splatter, vd_splat_cursor *cursor, size
  * does not fit by itself a piece. */
 static size_t measure_chunk(const vd_splatter *splatter, vd_splat_cursor cursor, size_t limit) {
     size_t count = list_at(splatter, cursor.list)->splats->count - cursor.at;
-    for (int k = cursor.list + 1; k < splatter->sequence_count && count < limit; k++) {
+    for (int k = cursor.list + 1; k < splatter->sequence_count && count < VD_CHUNK_USUAL; k++) {
         const size_t more = list_at(splatter, k)->splats->count;
-        if (more > limit - count) {
+        if (count + more > VD_CHUNK_USUAL || count + more > limit) {
             break;
         }
         count += more;
@@ -233,15 +233,21 @@ static void bin(const vd_splatter *splatter, const vd_splat_scratch *scratch,
     }
 }
 
-/* Projects a part of a list. A whole list is read in a row and its records then taken in order:
- * reading its arrays in drawing order took five times as long. */
+/* Projects a part of a list, all of the chunk where it is `alone`. A whole list is read in a row
+ * and its records then taken in order: reading its arrays in drawing order took five times as long.
+ */
 static void project_part(const vd_splatter *splatter, const vd_placing *placing, size_t first,
-                         size_t count, vd_splat_scratch *scratch) {
+                         size_t count, bool alone, vd_splat_scratch *scratch) {
     const bool whole = count == placing->splats->count;
     const uint32_t *order = whole ? placing->order : NULL;
     const uint32_t base = (uint32_t)scratch->count;
-    for (uint32_t i = 0; i < count; i++) {
-        scratch->sequence[base + i] = base + (order != NULL ? order[i] : i);
+    if (alone && order != NULL) {
+        scratch->sequence = order;
+    } else {
+        for (uint32_t i = 0; i < count; i++) {
+            scratch->own_sequence[base + i] = base + (order != NULL ? order[i] : i);
+        }
+        scratch->sequence = scratch->own_sequence;
     }
     splatter->kernels->project(&splatter->picture, placing, whole ? NULL : placing->order, first,
                                count, scratch);
@@ -258,7 +264,7 @@ static void project_chunk(vd_splatter *splatter, vd_splat_chunk *chunk, int work
         const vd_placing *placing = list_at(splatter, cursor.list);
         const size_t of_list = placing->splats->count - cursor.at;
         const size_t count = of_list < left ? of_list : left;
-        project_part(splatter, placing, cursor.at, count, scratch);
+        project_part(splatter, placing, cursor.at, count, count == chunk->count, scratch);
         left -= count;
         advance(splatter, &cursor, count);
     }
@@ -272,10 +278,12 @@ void *vd_splatter_tile(vd_splatter *splatter, int tile) {
     char *pixels = splatter->tiles + (size_t)tile * splatter->tile_bytes;
     if (!splatter->touched[tile]) {
         splatter->touched[tile] = 1;
-        memset(pixels, 0, splatter->tile_bytes);
-        for (int i = 0; splatter->picture.mode == VD_SPLAT_ALPHA && i < VD_TILE_PIXELS; i++) {
-            memcpy((float *)(void *)pixels + 4 * i, splatter->picture.background,
-                   4 * sizeof(float));
+        if (splatter->picture.mode != VD_SPLAT_ALPHA) {
+            memset(pixels, 0, splatter->tile_bytes);
+            return pixels;
+        }
+        for (int i = 0; i < VD_TILE_PIXELS; i++) {
+            memcpy(pixels + 16 * i, splatter->picture.background, 16);
         }
     }
     return pixels;

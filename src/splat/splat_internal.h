@@ -23,7 +23,7 @@
 /* A tile's pixels stand in a square one pixel wider on every side, so that a splat on its edge can
  * write all of its four pixels; what falls outside belongs to the neighbour, which draws the splat
  * too. */
-#define VD_TILE_LOG2 5
+#define VD_TILE_LOG2 6
 #define VD_TILE_SIDE (1 << VD_TILE_LOG2)
 #define VD_TILE_STRIDE (VD_TILE_SIDE + 2)
 #define VD_TILE_PIXELS (VD_TILE_STRIDE * VD_TILE_STRIDE)
@@ -175,7 +175,7 @@ int vd_splat_palette_index(const vd_splat_picture *picture, float value);
 /* ---- splat_sort.c ---------------------------------------------------------------------------- */
 
 #define VD_SORT_BITS 11
-#define VD_SORT_SMALL 48 /* up to here by insertion */
+#define VD_SORT_SMALL 128 /* up to here by insertion */
 
 /* Scratch of one sorting thread for up to `capacity` particles. */
 typedef struct vd_sorter {

@@ -16,7 +16,8 @@ typedef struct vd_splat_scratch {
     int count;
     int32_t *tiles;           /* [capacity + 16]: tile and VD_TILE_ bits; tile_count: not drawn */
     vd_splat_record *records; /* [capacity + 16] */
-    uint32_t *sequence;       /* [capacity + 16]: numbers of records in drawing order */
+    const uint32_t *sequence; /* [count]: numbers of records in drawing order */
+    uint32_t *own_sequence;   /* [capacity + 16] */
     vd_splat_large *large;    /* [capacity] */
     uint32_t *counters;       /* [4][tile_count + 1] */
     uint32_t large_count;
@@ -40,7 +41,11 @@ typedef struct vd_splat_tile {
 /* The shares of the left and right pixels, four times each, by 1/256 pixel. */
 typedef float vd_splat_shares[256][8];
 
-/* Draws records into a tile, in order. */
+/* Blending looks at that many records ahead, to ask for their pixels. */
+#define VD_RECORDS_AHEAD 16
+
+/* Draws records into a tile, in order. Reads VD_RECORDS_AHEAD records behind the last one, whatever
+ * they are. */
 typedef void vd_kernel_splat_blend(const vd_splat_tile *tile, const vd_splat_record *records,
                                    size_t count, const vd_splat_large *large,
                                    const vd_splat_shares *shares);

@@ -1,5 +1,33 @@
 /* splat_kernels.inl: the kernels' bodies over wide.h. A file per SIMD level defines TABLE and
- * includes this; the table is the file's only external name. */
+ * includes this; the table is the file's only external name.
+ *
+ * A particle smaller than a pixel is a box of one pixel, which touches four:
+ *
+ *        share of the right ones
+ *          |<-->|
+ *     +----+----+----+        the middle, snapped to 1/256 pixel, gives the upper left pixel and
+ * two |  +-|--+ |    |  --    shares; the weight of a pixel is alpha × its share of the row × its
+ *     +--|-+--|-+----+   |    share of the column (Lawlor 2004, §6.6.1.1, with a table of all four)
+ *     |  +-|--+ |    |  -- share of the lower ones
+ *     +----+----+----+
+ *
+ * Projection runs 16 particles at a time and leaves all that blending needs in 16 bytes: place in
+ * the tile and the right share, colour, alpha × upper share, alpha × lower share. Blending is then,
+ * twice, load two pixels, c += (splat − c) · w, store: eight floats at once, all channels.
+ *
+ * Why floats, when targets are 16 bits a channel: with integers an alpha of 0.001, split over four
+ * pixels, is 16 units of 65,536 and comes out 2 % off; rounding each of 2,000 such steps moves the
+ * sum by another percent. Floats cost the same instructions (a multiplication of 32-bit integers
+ * takes longer) and twice the cache, which tiles make cheap; the colour is rounded once, to 16
+ * bits.
+ *
+ * CPU time a splat of 3 M in bricks of 8,192, one thread of a loaded EPYC of Zen 4 at 1024²
+ * (clearing and rounding the picture, 4 ms, included): 24 ns reading arrays in drawing order; 15.5
+ * reading them in a row and taking records in order; 14 with four counters a tile; 12 with tiles of
+ * 64² pixels instead of 32² (11 with 128², whose 270 KB not every second-level cache has); 10.5
+ * with chunks of 8,192 instead of 16,384; pixels asked for 16 records ahead are 6 % of that.
+ * Loading and storing pixels one by one instead of two at a time: no line is crossed and an
+ * overlapping splat is forwarded; within noise. */
 #include <math.h>
 #include "core/wide.h"
 #include "core/wide_records.h"
@@ -282,9 +310,6 @@ static void project(const vd_splat_picture *picture, const vd_placing *p, const 
 
 /* ---- blending ---------------------------------------------------------------------------------*/
 
-/* Records whose pixels are asked for ahead of time; behind the last ones stands something. */
-#define AHEAD 12
-
 /* Two pixels of four floats. */
 typedef float pair __attribute__((vector_size(32)));
 typedef int32_t pair_i32 __attribute__((vector_size(32)));
@@ -364,8 +389,8 @@ static void blend_alpha(const vd_splat_tile *tile, const vd_splat_record *record
                         const vd_splat_large *large, const vd_splat_shares *shares) {
     float *pixels = tile->pixels;
     for (const vd_splat_record *r = records, *end = records + count; r < end; r++) {
-        __builtin_prefetch(pixels + 4 * (r[AHEAD].head & 0xFFFF));
-        __builtin_prefetch(pixels + 4 * ((r[AHEAD].head & 0xFFFF) + VD_TILE_STRIDE));
+        __builtin_prefetch(pixels + 4 * (r[VD_RECORDS_AHEAD].head & 0xFFFF));
+        __builtin_prefetch(pixels + 4 * ((r[VD_RECORDS_AHEAD].head & 0xFFFF) + VD_TILE_STRIDE));
         if (r->head >= VD_LARGE) {
             blend_large(tile, &large[r->head & ~VD_LARGE]);
             continue;

@@ -4,11 +4,11 @@
 
 #include "splat/splat_kernels.h"
 
-/* Particles projected at a time by one thread, records that may come of them, and how many such
- * chunks are drawn at a time. */
+/* Particles projected at a time by one thread: at most, and when several short lists are put
+ * together; records that may come of them; and how many such chunks are drawn at a time. */
 #define VD_CHUNK_PARTICLES 16384
+#define VD_CHUNK_USUAL 8192
 #define VD_CHUNK_RECORDS (VD_CHUNK_PARTICLES + VD_CHUNK_PARTICLES / 4)
-#define VD_RECORDS_AHEAD 16 /* blending looks at that many records behind the last one */
 #define VD_BATCH_CHUNKS 16
 
 /* Lists of more particles than this are sorted one by one, by one thread with memory of its own. */

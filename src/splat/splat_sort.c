@@ -33,13 +33,17 @@ uint32_t vd_splat_key(const vd_placing *placing, size_t i) {
 }
 
 /* Few elements: by insertion. The tables of a radix sort would cost more than they save. */
-static void sort_few(const uint32_t *keys, size_t count, uint32_t *index) {
+static void sort_few(const uint32_t *keys, uint64_t *pairs, size_t count, uint32_t *index) {
     for (size_t i = 0; i < count; i++) {
+        const uint64_t pair = (uint64_t)keys[i] << 32 | i;
         size_t at = i;
-        for (; at > 0 && keys[index[at - 1]] > keys[i]; at--) {
-            index[at] = index[at - 1];
+        for (; at > 0 && pairs[at - 1] > pair; at--) {
+            pairs[at] = pairs[at - 1];
         }
-        index[at] = (uint32_t)i;
+        pairs[at] = pair;
+    }
+    for (size_t i = 0; i < count; i++) {
+        index[i] = (uint32_t)pairs[i];
     }
 }
 
@@ -47,7 +51,7 @@ void vd_sorter_run(vd_sorter *sorter, size_t count, uint32_t *index) {
     enum { DIGITS = 1 << VD_SORT_BITS };
     const uint32_t *keys = sorter->keys;
     if (count <= VD_SORT_SMALL) {
-        sort_few(keys, count, index);
+        sort_few(keys, sorter->pairs, count, index);
         return;
     }
     uint32_t *low = sorter->first[0], *high = sorter->first[1];
