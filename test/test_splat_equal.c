@@ -145,19 +145,19 @@ static void many_lists(void **state) {
 static void splats_over_everything(void **state) {
     (void)state;
     cloud *c = malloc(sizeof *c);
-    fill_cloud(c, reduced() ? 60 : 300, 4, 0.0);
+    fill_cloud(c, 700, 4, 0.0);
     for (size_t i = 0; i < c->count; i++) {
         c->y[i] = 2.0f + 0.001f * (float)i;
-        c->radius[i] = i % 2 == 0 ? 20.0f : 0.004f;
+        c->radius[i] = i % 2 == 0 ? 90.0f : 0.004f;
         c->color[i].a = 3;
     }
     const vd_splats splats = cloud_splats(c);
-    const vd_camera camera = splat_camera(500, 300, 200.0);
+    const vd_camera camera = splat_camera(4096, 2, 200.0);
     vd_splat_def def = vd_splat_def_default();
-    def.kernel = VD_SPLAT_GAUSSIAN;
     for (int mode = 0; mode < VD_SPLAT_MODE_COUNT; mode++) {
         def.mode = (vd_splat_mode)mode;
-        compare_all(&def, &camera, &splats, 1, 500, 300);
+        def.kernel = (vd_splat_kernel)(1 + mode);
+        compare_all(&def, &camera, &splats, 1, 4096, 2);
     }
     free(c);
 }
@@ -165,7 +165,7 @@ static void splats_over_everything(void **state) {
 /* More particles than a chunk and than insertion sorting takes; small pictures; every edge. */
 static void sizes(void **state) {
     (void)state;
-    static const int sides[][2] = {{1, 1}, {31, 33}, {32, 64}, {65, 2}};
+    static const int sides[][2] = {{1, 1}, {63, 65}, {64, 128}, {129, 2}};
     static const size_t counts[] = {0, 1, 15, 16, 17, 128, 129, 5000};
     cloud *c = malloc(sizeof *c);
     for (size_t s = 0; s < sizeof sides / sizeof sides[0]; s++) {

@@ -363,20 +363,57 @@ static inline size_t tile_pixel(const vd_splat_tile *tile, int x, int y) {
     return (size_t)((y - tile->y + 1) * VD_TILE_STRIDE + (x - tile->x + 1));
 }
 
+static inline vd_wide_f32 clamp01(vd_wide_f32 v) {
+    return vd_wide_min_f32(max0(v), vd_wide_splat_f32(1.0f));
+}
+
+/* How much of [p, p + 1] lies in [low, high]. */
+static inline vd_wide_f32 overlap(vd_wide_f32 p, float low, float high) {
+    const vd_wide_f32 from = vd_wide_max_f32(vd_wide_splat_f32(low), p);
+    return clamp01(vd_wide_min_f32(p + 1.0f, vd_wide_splat_f32(high)) - from);
+}
+
+/* vd_splat_large_at of `count` pixels from (x, y) on; room for a vector more. */
+static void find_shares(const vd_splat_large *large, const vd_splat_shape *shape, int x, int y,
+                        int count, float *out) {
+    const float r = large->support,
+                *at = shape->kernel < VD_SPLAT_GAUSSIAN ? NULL : shape->profile->at;
+    const float dy = ((float)y + 0.5f) - large->y;
+    const vd_wide_f32 high = overlap(vd_wide_splat_f32((float)y), large->y - r, large->y + r);
+    for (int i = 0; i < count; i += VD_WIDE_LANES) {
+        const vd_wide_f32 px = vd_wide_to_f32(vd_wide_count_i32() + (x + i));
+        const vd_wide_f32 dx = (px + 0.5f) - large->x, square = dx * dx + dy * dy;
+        vd_wide_f32 share;
+        if (shape->kernel == VD_SPLAT_BOX) {
+            share = overlap(px, large->x - r, large->x + r) * high;
+        } else if (shape->kernel == VD_SPLAT_DISC) {
+            share = clamp01((r + 0.5f) - vd_wide_sqrt_f32(square));
+        } else {
+            const vd_wide_f32 s = square * large->inverse, none = {0};
+            const vd_wide_mask inside = vd_wide_less_f32(s, vd_wide_splat_f32(1.0f));
+            const vd_wide_f32 t = vd_wide_blend_f32(inside, s, none) * (float)VD_PROFILE_STEPS;
+            const vd_wide_i32 k = vd_wide_to_i32(t);
+            const vd_wide_f32 from = vd_wide_gather_f32(at, k), to = vd_wide_gather_f32(at + 1, k);
+            share = vd_wide_blend_f32(inside, from + (to - from) * (t - vd_wide_to_f32(k)), none);
+        }
+        vd_wide_store_f32(out + i, share);
+    }
+}
+
 static void blend_large(const vd_splat_tile *tile, const vd_splat_large *large) {
     int box[4];
     if (!large_box(tile, large, box)) {
         return;
     }
-    float color[4];
+    float color[4], shares[VD_TILE_SIDE + VD_WIDE_LANES];
     for (int c = 0; c < 4; c++) {
         color[c] = (float)(large->color >> (8 * c) & 255);
     }
     for (int y = box[2]; y < box[3]; y++) {
         float *row = (float *)tile->pixels + 4 * tile_pixel(tile, box[0], y);
-        for (int x = box[0]; x < box[1]; x++, row += 4) {
-            const float weight =
-                large->amount * vd_splat_large_at(large, &tile->picture->shape, x, y);
+        find_shares(large, &tile->picture->shape, box[0], y, box[1] - box[0], shares);
+        for (int i = 0; i < box[1] - box[0]; i++, row += 4) {
+            const float weight = large->amount * shares[i];
             const float w = weight < 1.0f ? weight : 1.0f;
             for (int c = 0; c < 4; c++) {
                 row[c] += (color[c] - row[c]) * w;
@@ -413,11 +450,12 @@ static void add_large(const vd_splat_tile *tile, const vd_splat_large *large) {
     if (!large_box(tile, large, box)) {
         return;
     }
+    float shares[VD_TILE_SIDE + VD_WIDE_LANES];
     for (int y = box[2]; y < box[3]; y++) {
         uint64_t *row = (uint64_t *)tile->pixels + tile_pixel(tile, box[0], y);
-        for (int x = box[0]; x < box[1]; x++, row++) {
-            const float share = vd_splat_large_at(large, &tile->picture->shape, x, y);
-            *row += 2 * (uint64_t)(int32_t)(large->amount * share + 0.5f);
+        find_shares(large, &tile->picture->shape, box[0], y, box[1] - box[0], shares);
+        for (int i = 0; i < box[1] - box[0]; i++) {
+            row[i] += 2 * (uint64_t)(int32_t)(large->amount * shares[i] + 0.5f);
         }
     }
 }

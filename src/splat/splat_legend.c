@@ -41,31 +41,38 @@ static void write_text(vd_frame *frame, int x, int y, int scale, const char *tex
 }
 
 void vd_splat_draw_legend(vd_frame *frame, const vd_splat_def *def, const vd_splat_stats *stats) {
-    enum { LABELS = 5, TEXT = 12 };
+    enum { LABELS = 5 };
     const int scale = frame->height >= 1400 ? 4 : frame->height >= 700 ? 3 : 2;
     const int height = frame->height / 3 / (LABELS - 1) * (LABELS - 1), width = 6 * scale;
-    const int line = 5 * scale, frame_width = width + TEXT * 4 * scale + 4 * scale;
-    if (height < LABELS * 2 * line || frame->width < 2 * frame_width ||
-        !(stats->value_max > stats->value_min)) {
+    const int line = 5 * scale;
+    if (height < LABELS * 2 * line || !(stats->value_max > stats->value_min)) {
         return;
     }
     vd_splat_picture picture;
     memset(&picture, 0, sizeof picture);
     vd_splat_picture_set_range(&picture, def, stats->value_min, stats->value_max);
+    const double low = picture.value_low, step = (VD_PALETTE_COLORS - 1) / picture.value_scale;
+    char labels[LABELS][32];
+    int longest = 0;
+    for (int i = 0; i < LABELS; i++) {
+        const double at = low + step * i / (LABELS - 1);
+        const int length = snprintf(labels[i], sizeof labels[i], "%.3g",
+                                    def->log ? vd_exp(at * 0.6931471805599453) : at);
+        longest = length > longest ? length : longest;
+    }
+    const int box_width = width + (longest * 4 + 6) * scale;
+    if (frame->width < 2 * box_width) {
+        return;
+    }
     const int x = frame->width - 2 * scale - width, y = frame->height - height - 2 * line;
-    fill(frame, frame->width - frame_width, y - line, frame_width, height + 2 * line, BLACK);
+    fill(frame, frame->width - box_width, y - line, box_width, height + 3 * line, BLACK);
     for (int row = 0; row < height; row++) {
         const int at = (height - 1 - row) * (VD_PALETTE_COLORS - 1) / (height - 1);
         fill(frame, x, y + row, width, 1, picture.density_colors[at] | BLACK);
     }
-    const double low = picture.value_low, step = (VD_PALETTE_COLORS - 1) / picture.value_scale;
     for (int i = 0; i < LABELS; i++) {
-        char text[32];
-        const double at = low + step * i / (LABELS - 1);
-        snprintf(text, sizeof text, "%.3g", def->log ? vd_exp(at * 0.6931471805599453) : at);
-        text[TEXT] = '\0';
         const int middle = y + height - height * i / (LABELS - 1);
         fill(frame, x - scale, middle - scale / 2, scale, scale, WHITE);
-        write_text(frame, x - scale, middle + (line + 1) / 2, scale, text);
+        write_text(frame, x - scale, middle + (line + 1) / 2, scale, labels[i]);
     }
 }
