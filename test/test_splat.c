@@ -339,7 +339,7 @@ static void all_at_one_point(void **state) {
     enum { COUNT = 40000 };
     float *at = malloc(COUNT * sizeof *at);
     for (int i = 0; i < COUNT; i++) {
-        at[i] = 64.0f;
+        at[i] = 128.0f;
     }
     vd_splats splats = vd_splats_default();
     vd_matrix flip = vd_matrix_scaling(vd_vec3_make(1, 1, -1));
@@ -352,12 +352,12 @@ static void all_at_one_point(void **state) {
     vd_splat_stats stats;
     for (int mode = 0; mode < VD_SPLAT_MODE_COUNT; mode++) {
         def.mode = (vd_splat_mode)mode;
-        vd_frame *frame = draw_splats(context, &def, &camera, &splats, 1, 128, 128, &stats);
+        vd_frame *frame = draw_splats(context, &def, &camera, &splats, 1, 256, 256, &stats);
         assert_int_equal(stats.outside, 0);
         if (mode == VD_SPLAT_DENSITY) {
             assert_true(fabs(stats.value_max - COUNT / 4) < 1.0);
         } else {
-            assert_int_equal(at_pixel(frame, 64, 64, 3), 255);
+            assert_int_equal(at_pixel(frame, 128, 128, 3), 255);
         }
         vd_frame_destroy(&frame);
     }

@@ -46,7 +46,7 @@ static void every_mode_and_kernel(void **state) {
     vd_splats splats = cloud_splats(c);
     splats.opacity = 0.7f;
     splats.weight = c->weight;
-    const vd_camera camera = splat_camera(170, 101, 90.0);
+    const vd_camera camera = splat_camera(170, 141, 90.0);
     vd_splat_def def = vd_splat_def_default();
     def.background = (vd_rgba8){30, 60, 90, 200};
     for (int mode = 0; mode < VD_SPLAT_MODE_COUNT; mode++) {
@@ -54,7 +54,7 @@ static void every_mode_and_kernel(void **state) {
             def.mode = (vd_splat_mode)mode;
             def.kernel = (vd_splat_kernel)kernel;
             def.log = kernel % 2 == 1;
-            compare_all(&def, &camera, &splats, 1, 170, 101);
+            compare_all(&def, &camera, &splats, 1, 170, 141);
         }
     }
     free(c);
@@ -131,11 +131,11 @@ static void many_lists(void **state) {
     vd_splat_def def = vd_splat_def_default();
     def.sort_splats = true;
     for (int projection = 0; projection < VD_PROJECTION_COUNT; projection++) {
-        vd_camera camera = splat_camera(120, 80, projection == 0 ? 60.0 : 12.0);
+        vd_camera camera = splat_camera(150, 80, projection == 0 ? 60.0 : 12.0);
         camera.projection = (vd_projection)projection;
         for (int mode = 0; mode < VD_SPLAT_MODE_COUNT; mode++) {
             def.mode = (vd_splat_mode)mode;
-            compare_all(&def, &camera, lists, LISTS, 120, 80);
+            compare_all(&def, &camera, lists, LISTS, 150, 80);
         }
     }
     free(c);
@@ -148,16 +148,16 @@ static void splats_over_everything(void **state) {
     fill_cloud(c, 700, 4, 0.0);
     for (size_t i = 0; i < c->count; i++) {
         c->y[i] = 2.0f + 0.001f * (float)i;
-        c->radius[i] = i % 2 == 0 ? 90.0f : 0.004f;
+        c->radius[i] = i % 2 == 0 ? 150.0f : 0.004f;
         c->color[i].a = 3;
     }
     const vd_splats splats = cloud_splats(c);
-    const vd_camera camera = splat_camera(4096, 2, 200.0);
+    const vd_camera camera = splat_camera(8192, 2, 200.0);
     vd_splat_def def = vd_splat_def_default();
     for (int mode = 0; mode < VD_SPLAT_MODE_COUNT; mode++) {
         def.mode = (vd_splat_mode)mode;
         def.kernel = (vd_splat_kernel)(1 + mode);
-        compare_all(&def, &camera, &splats, 1, 4096, 2);
+        compare_all(&def, &camera, &splats, 1, 8192, 2);
     }
     free(c);
 }
@@ -165,7 +165,7 @@ static void splats_over_everything(void **state) {
 /* More particles than a chunk and than insertion sorting takes; small pictures; every edge. */
 static void sizes(void **state) {
     (void)state;
-    static const int sides[][2] = {{1, 1}, {63, 65}, {64, 128}, {129, 2}};
+    static const int sides[][2] = {{1, 1}, {127, 129}, {128, 256}, {257, 2}};
     static const size_t counts[] = {0, 1, 15, 16, 17, 128, 129, 5000};
     cloud *c = malloc(sizeof *c);
     for (size_t s = 0; s < sizeof sides / sizeof sides[0]; s++) {

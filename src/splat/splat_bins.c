@@ -1,6 +1,6 @@
 /* splat_bins.c: from projected particles to tiles.
  *
- * The picture is cut into tiles of 64 × 64 pixels, each drawn by one thread at a time, so that
+ * The picture is cut into tiles of 128 × 128 pixels, each drawn by one thread at a time, so that
  * pixels need no locks and see their splats in order whatever the number of threads. Work goes in
  * two steps that overlap:
  *
@@ -10,7 +10,7 @@
  *
  * Both are tasks of one parallel loop, tiles first: a tile with half of all particles keeps one
  * thread busy while the others project. A batch's records (2 MB) stay in the caches, and of what
- * the tiles have drawn so far the 70 KB of floats that each thread works on.
+ * the tiles have drawn so far the 270 KB of floats that each thread works on.
  *
  * A chunk with more records than room (large splats over many tiles) fails; what comes before it is
  * drawn, and it is tried again with a quarter of its particles. So memory is bounded whatever
@@ -193,6 +193,18 @@ static uint64_t sum_counters(const binning *b, uint32_t *counters, size_t stride
     return sum;
 }
 
+/* All records go to one tile: half of the bricks of a dense scene. */
+static void bin_uniform(const vd_splat_scratch *scratch, vd_splat_chunk *chunk) {
+    const int tile = scratch->tile;
+    chunk->failed = false;
+    chunk->first_tile = chunk->last_tile = tile;
+    chunk->ends[tile > 0 ? tile - 1 : 0] = 0;
+    chunk->ends[tile] = (uint32_t)scratch->count;
+    for (int k = 0; k < scratch->count; k++) {
+        chunk->records[k] = scratch->records[scratch->sequence[k]];
+    }
+}
+
 /* Sorts the scratch's records by tile, stable. Four parts of the sequence take turns, with counters
  * of their own: particles that follow each other are often in one tile, and adding to a counter
  * again right away waits for the first addition to get through memory. */
@@ -258,6 +270,7 @@ static void project_chunk(vd_splatter *splatter, vd_splat_chunk *chunk, int work
     memset(&scratch->counts, 0, sizeof scratch->counts);
     scratch->count = 0;
     scratch->large_count = 0;
+    scratch->uniform = true;
     scratch->large = chunk->large;
     vd_splat_cursor cursor = chunk->from;
     for (size_t left = chunk->count; left > 0;) {
@@ -268,7 +281,11 @@ static void project_chunk(vd_splatter *splatter, vd_splat_chunk *chunk, int work
         left -= count;
         advance(splatter, &cursor, count);
     }
-    bin(splatter, scratch, chunk);
+    if (scratch->uniform && (uint32_t)scratch->tile < (uint32_t)splatter->picture.tile_count) {
+        bin_uniform(scratch, chunk);
+    } else {
+        bin(splatter, scratch, chunk);
+    }
     chunk->counts = scratch->counts;
 }
 

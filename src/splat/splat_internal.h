@@ -23,7 +23,7 @@
 /* A tile's pixels stand in a square one pixel wider on every side, so that a splat on its edge can
  * write all of its four pixels; what falls outside belongs to the neighbour, which draws the splat
  * too. */
-#define VD_TILE_LOG2 6
+#define VD_TILE_LOG2 7
 #define VD_TILE_SIDE (1 << VD_TILE_LOG2)
 #define VD_TILE_STRIDE (VD_TILE_SIDE + 2)
 #define VD_TILE_PIXELS (VD_TILE_STRIDE * VD_TILE_STRIDE)

@@ -18,8 +18,10 @@ typedef struct vd_splat_scratch {
     vd_splat_record *records; /* [capacity + 16] */
     const uint32_t *sequence; /* [count]: numbers of records in drawing order */
     uint32_t *own_sequence;   /* [capacity + 16] */
-    vd_splat_large *large;    /* [capacity] */
-    uint32_t *counters;       /* [4][tile_count + 1] */
+    bool uniform;             /* so far all are small and in `tile` alone */
+    int32_t tile;
+    vd_splat_large *large; /* [capacity] */
+    uint32_t *counters;    /* [4][tile_count + 1] */
     uint32_t large_count;
     vd_splat_counts counts;
 } vd_splat_scratch;
