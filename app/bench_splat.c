@@ -1,6 +1,6 @@
 /* bench_splat.c: particles drawn, and brought into order.
  *
- * The scene: the snapshot of vd_particles_generate, seen from outside, in bricks of 2^14 particles
+ * The scene: the snapshot of vd_particles_generate, seen from outside, in bricks of 2^13 particles
  * that are drawn back to front; each particle a third of a pixel wide, coloured by its speed. The
  * baseline is the loop that one writes first: in the same order, project, round, blend one pixel.
  * What a frame has to move at least stands in the notes, as bytes a splat from the arrays: position
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PARTICLES = 50000000, QUICK_PARTICLES = 1000000, BRICK = 16384 };
+enum { PARTICLES = 50000000, QUICK_PARTICLES = 1000000, BRICK = 8192 };
 
 #define NARROW_M 0.00017f /* radius: a third of a pixel, about */
 

@@ -1,5 +1,6 @@
 /* What splats must do, told by properties: energy, symmetry, order, regular grids, opacity that
  * adds up, sums that do not care for order; the radix sort; what is refused. */
+#include <stdio.h>
 #include "core/core.h"
 #include "splat/splat_internal.h"
 #include "splat_scenes.h"
@@ -519,6 +520,32 @@ static void particles_are_the_same_everywhere(void **state) {
     vd_context_destroy(&seven);
 }
 
+/* Each form has the size that its numbers take; an ending that says nothing is refused. */
+static void particles_are_saved(void **state) {
+    (void)state;
+    static const char *const names[] = {"particles.ply", "particles.csv", "particles.raw"};
+    vd_particles *particles = NULL;
+    assert_ok(vd_particles_generate(context, NULL, 1, 100, &particles));
+    for (int i = 0; i < 3; i++) {
+        char path[512];
+        snprintf(path, sizeof path, "%s/test_splat_%s", VEDUTA_BINARY_DIR, names[i]);
+        assert_ok(vd_particles_save(particles, path));
+        FILE *file = fopen(path, "rb");
+        assert_non_null(file);
+        int lines = 0, c;
+        long size = 0, body = 0;
+        for (; (c = fgetc(file)) != EOF; size++) {
+            lines += c == '\n';
+            body = i == 0 && lines == 11 && body == 0 ? size + 1 : body;
+        }
+        fclose(file);
+        remove(path);
+        assert_true(i == 0 ? size - body == 2500 : i == 1 ? lines == 101 : size == 2400);
+    }
+    assert_int_equal(vd_particles_save(particles, "particles.txt").code, VD_ERROR_ARGUMENT);
+    vd_particles_destroy(&particles);
+}
+
 static void legend_is_drawn(void **state) {
     (void)state;
     vd_frame *frame = NULL;
@@ -549,6 +576,7 @@ int main(void) {
         cmocka_unit_test(jobs_can_be_cancelled),
         cmocka_unit_test(sorting_is_stable),
         cmocka_unit_test(particles_are_the_same_everywhere),
+        cmocka_unit_test(particles_are_saved),
         cmocka_unit_test(legend_is_drawn),
     };
     context = test_context(2, VD_ISA_AUTO);
