@@ -85,6 +85,7 @@ typedef enum bench_parameter {
     BENCH_MAP,          /* side of the map under the published scene */
     BENCH_SHADOW_ROWS,  /* q: rows of a map 128 wide, 32 steps */
     BENCH_SHADOW_STEPS, /* d_c: steps on a map of 128² */
+    BENCH_SORT_LENGTH,  /* particles of a list that is sorted; many such lists */
     BENCH_SHADOW_SUN    /* altitude of the sun over a map of 1024², worst of 8 azimuths */
 } bench_parameter;
 
@@ -123,7 +124,8 @@ const bench_group *bench_group_at(int index);
 bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startup, bench_cold,
     bench_memory, bench_formula, bench_sharing, bench_counters, bench_raster, bench_raster_levels,
     bench_raster_triangles, bench_raster_bins, bench_raster_small, bench_raster_tiles,
-    bench_raster_resolve, bench_coverage, bench_sweep_classic, bench_sweep_shadow;
+    bench_raster_resolve, bench_splat, bench_splat_sort, bench_coverage, bench_sweep_classic,
+    bench_sweep_shadow;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 

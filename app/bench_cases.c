@@ -70,6 +70,13 @@ static const bench_sweep shadow_sun = {BENCH_SHADOW_SUN,
                                        7,
                                        {0, 1, 5, 10, 20, 45, 80}};
 
+static const bench_sweep sort_length = {BENCH_SORT_LENGTH,
+                                        "Sorting 4 M particles in lists (Lawlor 2004, figure 6.14)",
+                                        "particles of a list",
+                                        false,
+                                        7,
+                                        {64, 256, 1024, 4096, 16384, 262144, 4194304}};
+
 /* A published model by every raster method at one size. */
 #define RASTER(model, size, help)                                                                  \
     { model "-" #size, help, bench_raster, .width = size, .rows = size }
@@ -159,6 +166,10 @@ const bench_case *bench_case_at(int index) {
          .width = 1024, .rows = 1024},
         {"coverage-strokes", "paths: 2,000 lines 2.5 pixels wide, round joins and caps",
          bench_coverage, .width = 1024, .rows = 1024},
+        {"splat-draw", "50 M particles in bricks: blended, added up, nearest", bench_splat,
+         .width = 1024, .rows = 1024},
+        {"splat-sort", "4 M particles by lists: qsort, merge sort, radix sort", bench_splat_sort,
+         .sweep = &sort_length},
         {"png", "writing a 1920x1080 picture, by zlib level; CPU time", bench_png, .width = 1920,
          .rows = 1080},
         {"startup", "starting the program until it ends, with --version",
@@ -195,6 +206,7 @@ const bench_group *bench_group_at(int index) {
         {"raster", "everything about triangles", "raster-cells raster-tables"},
         {"coverage", "vector paths with exact edges, beside a plain loop",
          "coverage-large coverage-small coverage-crossing coverage-curves coverage-strokes"},
+        {"splat", "particles", "splat-draw splat-sort"},
         {"terrain", "everything about terrain",
          "classic lens lens-views shadow function function-endless memory false-sharing counters "
          "classic-16384 "

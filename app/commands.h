@@ -6,6 +6,7 @@
 int vd_command_render(int argc, char **argv);
 int vd_command_info(int argc, char **argv);
 int vd_command_compare(int argc, char **argv);
+int vd_command_generate(int argc, char **argv);
 int vd_command_bench(int argc, char **argv);
 
 #endif

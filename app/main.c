@@ -16,6 +16,7 @@ static const command commands[] = {
     {"render", "a picture of elevation data or a model", vd_command_render},
     {"info", "what an elevation file or a model holds", vd_command_info},
     {"compare", "how two pictures differ", vd_command_compare},
+    {"generate", "synthetic data for trying things out", vd_command_generate},
     {"bench", "measured tables", vd_command_bench},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };

@@ -19,10 +19,12 @@
 #include <veduta/matrix.h>
 #include <veduta/mesh.h>
 #include <veduta/model.h>
+#include <veduta/particles.h>
 #include <veduta/picture.h>
 #include <veduta/raster.h>
 #include <veduta/shader.h>
 #include <veduta/shadow.h>
+#include <veduta/splat.h>
 #include <veduta/status.h>
 #include <veduta/target.h>
 #include <veduta/terrain.h>

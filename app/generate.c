@@ -1,0 +1,113 @@
+/* generate.c: `veduta generate`: synthetic data. */
+#include <string.h>
+
+#include "commands.h"
+#include "options.h"
+#include "run.h"
+
+enum {
+    GENERATE_OUTPUT,
+    GENERATE_COUNT_OF,
+    GENERATE_SEED,
+    GENERATE_THREADS,
+    GENERATE_HELP,
+    GENERATE_COUNT
+};
+
+static const vd_option table[GENERATE_COUNT] = {
+    [GENERATE_OUTPUT] = {.key = "output",
+                         .group = "Options",
+                         .type = VD_OPTION_FILE,
+                         .letter = 'o',
+                         .argument = "FILE",
+                         .fallback = "particles.ply",
+                         .help = "where the particles go: .ply, .csv or .raw (floats x, y, z, "
+                                 "radius, mass, speed); - is standard output, as text"},
+    [GENERATE_COUNT_OF] = {.key = "count",
+                           .group = "Options",
+                           .type = VD_OPTION_INTEGER,
+                           .letter = 'n',
+                           .argument = "N",
+                           .max = VD_SPLATS_MAX_COUNT,
+                           .unit = "particles",
+                           .fallback = "1000000",
+                           .help = "how many"},
+    [GENERATE_SEED] = {.key = "seed",
+                       .group = "Options",
+                       .type = VD_OPTION_INTEGER,
+                       .argument = "N",
+                       .max = 9007199254740992.0,
+                       .fallback = "1",
+                       .help =
+                           "another number gives another snapshot; the same one the same bytes"},
+    [GENERATE_THREADS] = {.key = "threads",
+                          .group = "Options",
+                          .type = VD_OPTION_INTEGER,
+                          .letter = 't',
+                          .argument = "N",
+                          .max = 1024,
+                          .unit = "threads",
+                          .fallback = "0",
+                          .help = "how many work at once; 0: one per processor"},
+    [GENERATE_HELP] = {.key = "help",
+                       .group = "Options",
+                       .type = VD_OPTION_SWITCH,
+                       .letter = 'h',
+                       .help = "this page"},
+};
+
+static void print_help(void) {
+    fputs("usage: veduta generate particles [OPTIONS]\n\n"
+          "Makes a snapshot as galaxy simulations do: Plummer spheres on the knots of a web of\n"
+          "filaments, in a cube of side 1.\n",
+          stdout);
+    vd_options_print_help(table, GENERATE_COUNT, stdout);
+    fputs("\nexamples\n  veduta generate particles -o snapshot.ply\n"
+          "  veduta generate particles --count 50000000 --seed 7 -o large.raw\n",
+          stdout);
+}
+
+static vd_status generate(const vd_options *options, vd_context *context) {
+    const vd_option_value *v = options->values;
+    vd_particles *particles = NULL;
+    vd_status status = vd_particles_generate(context, NULL, (uint64_t)v[GENERATE_SEED].number,
+                                             (size_t)v[GENERATE_COUNT_OF].number, &particles);
+    if (status.code == VD_OK) {
+        status = vd_particles_save(particles, v[GENERATE_OUTPUT].text);
+    }
+    vd_particles_destroy(&particles);
+    return status;
+}
+
+int vd_command_generate(int argc, char **argv) {
+    vd_options options;
+    vd_status status = vd_options_init(&options, "generate", table, GENERATE_COUNT);
+    if (status.code != VD_OK) {
+        return vd_report(&status, 1);
+    }
+    status = vd_options_parse(&options, argc, argv);
+    const bool help = status.code == VD_OK && options.values[GENERATE_HELP].number != 0.0;
+    if (status.code == VD_OK && !help &&
+        (options.input_count != 1 || strcmp(options.inputs[0], "particles") != 0)) {
+        status = vd_failure(VD_ERROR_ARGUMENT, "say what to generate: `veduta generate particles`");
+    }
+    int code = 0;
+    if (help) {
+        print_help();
+    } else if (status.code != VD_OK) {
+        code = vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
+    } else {
+        vd_context *context = NULL;
+        vd_context_def def = vd_context_def_default();
+        def.threads = (int)options.values[GENERATE_THREADS].number;
+        status = vd_context_create(&def, &context);
+        if (status.code == VD_OK) {
+            status = generate(&options, context);
+        }
+        vd_context_destroy(&context);
+        code =
+            status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
+    }
+    vd_options_finish(&options);
+    return code;
+}
