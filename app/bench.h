@@ -122,10 +122,10 @@ const bench_case *bench_case_at(int index);
 const bench_group *bench_group_at(int index);
 
 bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startup, bench_cold,
-    bench_memory, bench_formula, bench_sharing, bench_counters, bench_raster, bench_raster_levels,
-    bench_raster_triangles, bench_raster_bins, bench_raster_small, bench_raster_tiles,
-    bench_raster_resolve, bench_splat, bench_splat_sort, bench_coverage, bench_sweep_classic,
-    bench_sweep_shadow;
+    bench_memory, bench_bricks, bench_formula, bench_sharing, bench_counters, bench_raster,
+    bench_raster_levels, bench_raster_triangles, bench_raster_bins, bench_raster_small,
+    bench_raster_tiles, bench_raster_resolve, bench_splat, bench_splat_sort, bench_coverage,
+    bench_sweep_classic, bench_sweep_shadow;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 

@@ -170,6 +170,8 @@ const bench_case *bench_case_at(int index) {
          .width = 1024, .rows = 1024},
         {"splat-sort", "4 M particles by lists: qsort, merge sort, radix sort", bench_splat_sort,
          .sweep = &sort_length},
+        {"bricks", "50 M particles: import, and pictures from the octree", bench_bricks, 1920, 1080,
+         .target_fps = 30},
         {"png", "writing a 1920x1080 picture, by zlib level; CPU time", bench_png, .width = 1920,
          .rows = 1080},
         {"startup", "starting the program until it ends, with --version",
@@ -206,7 +208,7 @@ const bench_group *bench_group_at(int index) {
         {"raster", "everything about triangles", "raster-cells raster-tables"},
         {"coverage", "vector paths with exact edges, beside a plain loop",
          "coverage-large coverage-small coverage-crossing coverage-curves coverage-strokes"},
-        {"splat", "particles", "splat-draw splat-sort"},
+        {"splat", "particles", "splat-draw splat-sort bricks"},
         {"terrain", "everything about terrain",
          "classic lens lens-views shadow function function-endless memory false-sharing counters "
          "classic-16384 "

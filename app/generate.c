@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "options.h"
+#include "particles_bricks.h"
 #include "run.h"
 
 enum {
@@ -15,14 +16,15 @@ enum {
 };
 
 static const vd_option table[GENERATE_COUNT] = {
-    [GENERATE_OUTPUT] = {.key = "output",
-                         .group = "Options",
-                         .type = VD_OPTION_FILE,
-                         .letter = 'o',
-                         .argument = "FILE",
-                         .fallback = "particles.ply",
-                         .help = "where the particles go: .ply, .csv or .raw (floats x, y, z, "
-                                 "radius, mass, speed); - is standard output, as text"},
+    [GENERATE_OUTPUT] =
+        {.key = "output",
+         .group = "Options",
+         .type = VD_OPTION_FILE,
+         .letter = 'o',
+         .argument = "FILE",
+         .fallback = "particles.ply",
+         .help = "where the particles go: .vdp (bricks), .ply, .csv or .raw (floats x, y, z, "
+                 "radius, mass, speed); - is standard output, as text"},
     [GENERATE_COUNT_OF] = {.key = "count",
                            .group = "Options",
                            .type = VD_OPTION_INTEGER,
@@ -73,7 +75,11 @@ static vd_status generate(const vd_options *options, vd_context *context) {
     vd_status status = vd_particles_generate(context, NULL, (uint64_t)v[GENERATE_SEED].number,
                                              (size_t)v[GENERATE_COUNT_OF].number, &particles);
     if (status.code == VD_OK) {
-        status = vd_particles_save(particles, v[GENERATE_OUTPUT].text);
+        const char *path = v[GENERATE_OUTPUT].text, *dot = strrchr(path, '.');
+        vd_bricks_report report;
+        status = dot != NULL && strcmp(dot, ".vdp") == 0
+                     ? vd_particles_to_bricks(context, NULL, particles, path, &report)
+                     : vd_particles_save(particles, path);
     }
     vd_particles_destroy(&particles);
     return status;

@@ -1,10 +1,11 @@
-/* info.c: `veduta info`: what an elevation file or a model holds. */
+/* info.c: `veduta info`: what a file of elevations, a model or particles holds. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "commands.h"
 #include "info_model.h"
+#include "info_particles.h"
 #include "png_text.h"
 #include "run.h"
 #include "scene.h"
@@ -215,6 +216,11 @@ static vd_scene_def scene_def(const vd_options *options) {
 }
 
 static vd_status run_info(const vd_options *options, vd_context *context, vd_notes *notes) {
+    if (options->input_count == 1 &&
+        vd_particle_file_probe(options->inputs[0]) != VD_PARTICLE_FILE_NONE) {
+        return vd_info_particles(context, options->inputs[0],
+                                 options->values[INFO_JSON].number != 0.0);
+    }
     if (vd_is_model_name(options->inputs[0], NULL)) {
         return vd_info_model(context, options->inputs[0], options->values[INFO_JSON].number != 0.0,
                              notes);
@@ -248,7 +254,8 @@ static void print_help(void) {
         "Says what an elevation file holds: size, type, unit, CRS, cell size, range, missing\n"
         "samples, and the flags of a view that frames it. Of a picture that veduta wrote it also\n"
         "prints the command and the camera. Several files are taken as one terrain. Of a model it\n"
-        "says how many vertices, triangles, materials and textures it has, and how large it is.\n",
+        "says how many vertices, triangles, materials and textures it has, and how large it is;\n"
+        "of particles how many there are, where, and the ranges of their attributes.\n",
         stdout);
     vd_options_print_help(table, INFO_COUNT, stdout);
     fputs("\nexamples\n  veduta info dem.tif\n  veduta info N45E006.hgt --json\n"

@@ -13,8 +13,9 @@ typedef struct command {
 } command;
 
 static const command commands[] = {
-    {"render", "a picture of elevation data or a model", vd_command_render},
-    {"info", "what an elevation file or a model holds", vd_command_info},
+    {"render", "a picture of elevation data, a model, or particles", vd_command_render},
+    {"import", "data into blocks of ours: particles into bricks", vd_command_import},
+    {"info", "what a file of elevations, a model or particles holds", vd_command_info},
     {"compare", "how two pictures differ", vd_command_compare},
     {"generate", "synthetic data for trying things out", vd_command_generate},
     {"bench", "measured tables", vd_command_bench},

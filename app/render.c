@@ -14,7 +14,10 @@ static void print_help(void) {
         "Draws a view of elevation data: PNG, PGM, .hgt, ESRI ASCII and raw files, and with GDAL\n"
         "everything that it reads; - is standard input, for what needs neither name nor GDAL.\n"
         "Several files become one terrain. Or of a model: OBJ, PLY and OFF, and with assimp STL,\n"
-        "glTF, FBX, COLLADA and others. An option may be written --name VALUE or --name=VALUE.\n",
+        "glTF, FBX, COLLADA and others. An option may be written --name VALUE or --name=VALUE.\n"
+        "Particles (.vdp, LAS, PLY without faces, text, HDF5 snapshots) have options of their "
+        "own:\n"
+        "veduta render FILE.las --help\n",
         stdout);
     vd_options_print_help(vd_render_table, OPTION_COUNT, stdout);
     fputs("\nexamples\n"
@@ -275,6 +278,9 @@ static int run_render(const vd_render_settings *settings, const char *command, c
 }
 
 int vd_command_render(int argc, char **argv) {
+    if (vd_render_is_of_particles(argc, argv)) {
+        return vd_command_render_particles(argc, argv);
+    }
     double start = vd_seconds_now();
     vd_options options;
     vd_render_settings settings;

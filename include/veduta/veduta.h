@@ -1,9 +1,11 @@
-/* veduta.h: the whole core library in one include (geo.h belongs to veduta-io and model_import.h to
- * veduta-model: they are separate). */
+/* veduta.h: the whole core library in one include (geo.h belongs to veduta-io, model_import.h to
+ * veduta-model, snapshot.h to veduta-snapshot: they are separate). */
 #ifndef VEDUTA_VEDUTA_H
 #define VEDUTA_VEDUTA_H
 
 #include <veduta/api.h>
+#include <veduta/brick_view.h>
+#include <veduta/bricks.h>
 #include <veduta/camera.h>
 #include <veduta/classic.h>
 #include <veduta/color.h>
@@ -19,6 +21,7 @@
 #include <veduta/matrix.h>
 #include <veduta/mesh.h>
 #include <veduta/model.h>
+#include <veduta/particle_source.h>
 #include <veduta/particles.h>
 #include <veduta/picture.h>
 #include <veduta/raster.h>

@@ -222,6 +222,22 @@ void vd_file_write(vd_file *file, const void *data, size_t size_bytes) {
     file->buffered += size_bytes;
 }
 
+void vd_file_write_at(vd_file *file, uint64_t offset, const void *data, size_t size_bytes) {
+    write_now(file, file->buffer, file->buffered);
+    file->buffered = 0;
+    const uint8_t *at = data;
+    while (size_bytes > 0 && file->error == 0) {
+        ssize_t written = pwrite(file->descriptor, at, size_bytes, (off_t)offset);
+        if (written < 0) {
+            file->error = errno == EINTR ? 0 : errno;
+            continue;
+        }
+        at += written;
+        offset += (uint64_t)written;
+        size_bytes -= (size_t)written;
+    }
+}
+
 vd_status vd_file_commit(vd_file *file) {
     write_now(file, file->buffer, file->buffered);
     file->buffered = 0;

@@ -32,6 +32,9 @@ VD_MUST_USE vd_status vd_file_create(vd_context *context, const char *path, vd_f
 /* Appends bytes. Failures are kept and reported by vd_file_commit. */
 void vd_file_write(vd_file *file, const void *data, size_t size_bytes);
 
+/* Overwrites bytes that were written before. Only for regular files; failures as above. */
+void vd_file_write_at(vd_file *file, uint64_t offset, const void *data, size_t size_bytes);
+
 /* Flushes, checks and renames into place. On failure nothing is left beside. */
 VD_MUST_USE vd_status vd_file_commit(vd_file *file);
 void vd_file_discard(vd_file *file);

@@ -1,4 +1,6 @@
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 #include "core/real.h"
 
 /* π/2 in three parts of 33 bits (Cody & Waite 1980): n × part is exact for |n| < 2^20. */
@@ -120,4 +122,31 @@ double vd_exp(double x) {
         p = 1.0 + p * r / k;
     }
     return ldexp(p, (int)n);
+}
+
+double vd_log2(double x) {
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    int exponent = (int)(bits >> 52 & 2047) - 1023;
+    if (exponent < -1022) {
+        return -1022.0;
+    }
+    bits = (bits & 0xFFFFFFFFFFFFFu) | 0x3FF0000000000000u;
+    double m;
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        exponent++;
+    }
+    /* ln m = 2 atanh s: |s| < 0.1716, the first dropped term is below 1e-14. */
+    const double s = (m - 1.0) / (m + 1.0), s2 = s * s;
+    double p = 1.0 / 15.0;
+    p = p * s2 + 1.0 / 13.0;
+    p = p * s2 + 1.0 / 11.0;
+    p = p * s2 + 1.0 / 9.0;
+    p = p * s2 + 1.0 / 7.0;
+    p = p * s2 + 1.0 / 5.0;
+    p = p * s2 + 1.0 / 3.0;
+    p = p * s2 + 1.0;
+    return exponent + 2.885390081777926815 * s * p; /* 2 / ln 2 */
 }

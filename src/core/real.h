@@ -27,4 +27,7 @@ double vd_atan2(double y, double x);
 /* e^x; 0 below −708, infinity above 709. */
 double vd_exp(double x);
 
+/* Logarithm to the base 2, within 1e-13; x > 0 and finite, denormal numbers as 2^−1022. */
+double vd_log2(double x);
+
 #endif

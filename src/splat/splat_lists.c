@@ -204,7 +204,9 @@ static vd_status choose_sorting(vd_splatter *splatter, size_t *most, uint64_t *s
             *most = p->splats->count > *most ? p->splats->count : *most;
             *sorted += p->splats->count;
         }
-        next += order == NULL ? p->splats->count : 0;
+        if (order == NULL) { /* next may be null where there is none */
+            next += p->splats->count;
+        }
     }
     return status;
 }

@@ -1,0 +1,544 @@
+/* render_particles.c: `veduta render` of particles. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+#include "particle_file.h"
+#include "particle_settings.h"
+#include "particle_shade.h"
+#include "run.h"
+
+/* One run. */
+typedef struct particle_run {
+    const vd_options *options;
+    vd_particle_settings settings;
+    vd_context *context;
+    vd_job *job;
+    vd_bricks *bricks;
+    char format[64];
+    vd_brick_view_def view_def;
+    vd_splat_def splat_def;
+    vd_colormap colormap;
+    bool legend;
+    const char *color_name;
+    vd_camera camera;
+    vd_brick_view_stats view_stats;
+    vd_splat_stats splat_stats;
+    double draw_seconds;
+} particle_run;
+
+/* ---- what is drawn how --------------------------------------------------------------------------
+ */
+
+static bool has_colors(const vd_bricks *b) {
+    const int red = vd_bricks_find(b, "red");
+    return red >= 0 && b->attributes[red].kind == VD_ATTRIBUTE_CHANNEL &&
+           vd_bricks_find(b, "green") >= 0 && vd_bricks_find(b, "blue") >= 0;
+}
+
+/* The index of a category of 0 … 255 that tells particles apart, else −1. */
+static int useful_class(const vd_bricks *b) {
+    const int at = vd_bricks_find(b, "class");
+    return at >= 0 && b->attributes[at].storage == VD_BRICK_U8 &&
+                   b->attributes[at].min < b->attributes[at].max
+               ? at
+               : -1;
+}
+
+static vd_status no_attribute(const vd_bricks *b, const char *option, const char *name) {
+    char list[200] = "";
+    const char *names[VD_MAX_ATTRIBUTES + 2] = {"height", "rgb"};
+    for (uint32_t a = 0; a < b->attribute_count; a++) {
+        names[2 + a] = b->attributes[a].name;
+        const size_t used = strlen(list);
+        snprintf(list + used, sizeof list - used, "%s%s", a > 0 ? ", " : "", b->attributes[a].name);
+    }
+    const char *nearest = vd_nearest_name(name, names, (int)b->attribute_count + 2);
+    if (nearest != NULL) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--%s: there is no attribute \"%.60s\"; did you mean \"%.60s\"?", option,
+                          name, nearest);
+    }
+    return vd_failure(VD_ERROR_ARGUMENT,
+                      "--%s: there is no attribute \"%.60s\"; there is height%s%s", option, name,
+                      list[0] != '\0' ? ", " : "", list);
+}
+
+/* Colours by what was asked for, else by what there is. */
+static vd_status choose_color(particle_run *run) {
+    const vd_bricks *b = run->bricks;
+    vd_brick_view_def *d = &run->view_def;
+    const char *name = run->settings.color_by;
+    const bool scan = strncmp(run->format, "LAS", 3) == 0 ||
+                      (vd_bricks_find(b, "class") >= 0 && vd_bricks_find(b, "mass") < 0);
+    const bool added_up = run->settings.mode == VD_SPLAT_DENSITY ||
+                          (run->settings.mode < 0 && name == NULL && !scan && !has_colors(b));
+    if (added_up) {
+        d->mode = VD_SPLAT_DENSITY;
+        run->color_name = "density";
+        return vd_success();
+    }
+    if (name == NULL) {
+        name = has_colors(b) ? "rgb" : useful_class(b) >= 0 ? "class" : "height";
+    }
+    run->color_name = name;
+    const int at = vd_bricks_find(b, name);
+    if (strcmp(name, "rgb") == 0 && has_colors(b)) {
+        d->color = VD_BRICK_COLOR_RGB;
+    } else if (strcmp(name, "height") == 0 && at < 0) {
+        d->color = VD_BRICK_COLOR_HEIGHT;
+    } else if (at >= 0) {
+        const bool by_class = b->attributes[at].kind == VD_ATTRIBUTE_CATEGORY &&
+                              b->attributes[at].storage == VD_BRICK_U8;
+        d->color =
+            by_class && !run->settings.colormap_given ? VD_BRICK_COLOR_CLASS : VD_BRICK_COLOR_VALUE;
+        d->attribute = at;
+    } else {
+        return no_attribute(b, "color-by", name);
+    }
+    d->mode = scan || has_colors(b) ? VD_SPLAT_NEAREST : VD_SPLAT_ALPHA;
+    return vd_success();
+}
+
+static vd_status choose_weight(particle_run *run) {
+    const char *name = run->settings.weight;
+    run->view_def.weight = vd_bricks_find(run->bricks, name != NULL ? name : "mass");
+    if (name != NULL && strcmp(name, "count") != 0 && run->view_def.weight < 0) {
+        return no_attribute(run->bricks, "weight", name);
+    }
+    if (run->view_def.mode != VD_SPLAT_DENSITY) {
+        run->view_def.weight = -1;
+    }
+    return vd_success();
+}
+
+static bool has_radii(const vd_bricks *b) {
+    for (uint32_t a = 0; a < b->attribute_count; a++) {
+        if (b->attributes[a].kind == VD_ATTRIBUTE_RADIUS) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static vd_status choose_look(particle_run *run) {
+    const vd_particle_settings *s = &run->settings;
+    vd_brick_view_def *d = &run->view_def;
+    vd_splat_def *p = &run->splat_def;
+    *d = vd_brick_view_def_default();
+    *p = vd_splat_def_default();
+    vd_status status = choose_color(run);
+    if (status.code == VD_OK && s->mode == VD_SPLAT_DENSITY && s->color_by != NULL) {
+        status = vd_failure(VD_ERROR_ARGUMENT, "--mode density has the colours of what is added "
+                                               "up, which --weight names; leave --color-by out");
+    }
+    d->mode = s->mode >= 0 ? (vd_splat_mode)s->mode : d->mode;
+    if (status.code == VD_OK) {
+        status = choose_weight(run);
+    }
+    const bool density = d->mode == VD_SPLAT_DENSITY;
+    d->kernel = s->kernel >= 0                      ? (vd_splat_kernel)s->kernel
+                : density && has_radii(run->bricks) ? VD_SPLAT_SPH
+                : density                           ? VD_SPLAT_BOX
+                                                    : VD_SPLAT_DISC;
+    d->detail_px = s->detail_px > 0.0 ? s->detail_px : -1.0;
+    d->radius_m = s->radius_m;
+    if (d->mode == VD_SPLAT_ALPHA && s->radius_m <= 0.0 && !s->radius_scale_given) {
+        /* Smoothing lengths overlap dozens of times: blended, they would be fog. */
+        d->radius_m = vd_brick_view_radius(run->bricks);
+    }
+    d->radius_scale = s->radius_scale;
+    d->opacity = s->opacity;
+    const bool numbers =
+        density || d->color == VD_BRICK_COLOR_VALUE || d->color == VD_BRICK_COLOR_HEIGHT;
+    if (s->colormap_given) {
+        run->colormap = s->colormap;
+    } else if (!vd_colormap_find(density ? "magma" : "viridis", &run->colormap)) {
+        return vd_failure(VD_ERROR_ARGUMENT, "there is no colour map");
+    }
+    /* An absolute map is stretched like the others: its metres mean nothing here. */
+    vd_colormap *map = &run->colormap;
+    const double first = map->stops[0].value, last = map->stops[map->count - 1].value;
+    for (int i = 0; i < map->count && !map->relative && last > first; i++) {
+        map->stops[i].value = (map->stops[i].value - first) / (last - first);
+    }
+    map->relative = true;
+    p->mode = d->mode;
+    p->kernel = d->kernel;
+    p->colormap = &run->colormap;
+    p->range_min = s->range[0];
+    p->range_max = s->range[1];
+    p->log = s->log >= 0 ? s->log != 0 : density;
+    p->background = s->background_given ? s->background : (vd_rgba8){12, 14, 18, 255};
+    if (density && !s->background_given) {
+        p->background = (vd_rgba8){0, 0, 0, 255};
+    }
+    run->legend = s->legend >= 0 ? s->legend != 0 : numbers;
+    return status;
+}
+
+/* ---- the camera ---------------------------------------------------------------------------------
+ */
+
+/* What is to be in the picture, along the camera's axes. */
+typedef struct framing {
+    vd_vec3 x_axis, y_axis, z_axis;
+    double side, up;                  /* tangents of the half fields of view, less a margin */
+    double left, right, upper, lower; /* extremes of the lines that bound the eye */
+    double box[3][2];
+} framing;
+
+static void frame_point(framing *f, vd_vec3 p) {
+    const double v[3] = {vd_vec3_dot(f->x_axis, p), vd_vec3_dot(f->y_axis, p),
+                         vd_vec3_dot(f->z_axis, p)};
+    f->left = fmax(f->left, v[0] - f->side * v[2]);
+    f->right = fmin(f->right, v[0] + f->side * v[2]);
+    f->lower = fmax(f->lower, v[1] - f->up * v[2]);
+    f->upper = fmin(f->upper, v[1] + f->up * v[2]);
+    for (int k = 0; k < 3; k++) {
+        f->box[k][0] = fmin(f->box[k][0], v[k]);
+        f->box[k][1] = fmax(f->box[k][1], v[k]);
+    }
+}
+
+static vd_status frame_brick(const vd_bricks *b, uint32_t node, framing *f) {
+    vd_brick brick;
+    vd_status status = vd_bricks_brick(b, node, &brick);
+    for (uint32_t i = 0; status.code == VD_OK && i < brick.count; i++) {
+        frame_point(f, vd_vec3_make(brick.origin[0] + brick.step[0] * brick.x[i],
+                                    brick.origin[1] + brick.step[1] * brick.y[i],
+                                    brick.origin[2] + brick.step[2] * brick.z[i]));
+    }
+    return status;
+}
+
+/* The particles of few, the corners of the bricks of many. */
+static vd_status frame_bricks(const vd_bricks *b, framing *f) {
+    vd_status status = vd_success();
+    f->left = f->lower = -(double)INFINITY;
+    f->right = f->upper = (double)INFINITY;
+    for (int k = 0; k < 3; k++) {
+        f->box[k][0] = (double)INFINITY;
+        f->box[k][1] = -(double)INFINITY;
+    }
+    for (uint32_t i = 0; i < b->node_count && status.code == VD_OK; i++) {
+        const vd_bricks_node *n = &b->nodes[i];
+        if (n->child_count > 0) {
+            continue;
+        }
+        if (b->count <= 1000000) {
+            status = frame_brick(b, i, f);
+            continue;
+        }
+        for (int c = 0; c < 8; c++) {
+            frame_point(f,
+                        vd_vec3_make(c & 1 ? n->max[0] : n->min[0], c & 2 ? n->max[1] : n->min[1],
+                                     c & 4 ? n->max[2] : n->min[2]));
+        }
+    }
+    return status;
+}
+
+static vd_vec3 along_axes(const framing *f, double x, double y, double z) {
+    return vd_vec3_add(vd_vec3_add(vd_vec3_scale(f->x_axis, x), vd_vec3_scale(f->y_axis, y)),
+                       vd_vec3_scale(f->z_axis, z));
+}
+
+static vd_vec3 middle_of(const vd_bricks *b) {
+    return vd_vec3_make(0.5 * (b->min[0] + b->max[0]), 0.5 * (b->min[1] + b->max[1]),
+                        0.5 * (b->min[2] + b->max[2]));
+}
+
+/* The nearest eye that has all particles in its picture (as in view.c). */
+static vd_status frame_all(particle_run *run, vd_lens lens, vd_quat orientation, double size) {
+    const vd_particle_settings *s = &run->settings;
+    framing f = {.x_axis = vd_quat_rotate(orientation, vd_vec3_make(1.0, 0.0, 0.0)),
+                 .y_axis = vd_quat_rotate(orientation, vd_vec3_make(0.0, 1.0, 0.0)),
+                 .z_axis = vd_quat_rotate(orientation, vd_vec3_make(0.0, 0.0, 1.0)),
+                 .side = 0.94 * s->width / (2.0 * lens.fx),
+                 .up = 0.94 * s->height / (2.0 * lens.fy)};
+    vd_status status = frame_bricks(run->bricks, &f);
+    double z = fmin((f.right - f.left) / (2.0 * f.side), (f.upper - f.lower) / (2.0 * f.up));
+    double x = 0.5 * ((f.left + f.side * z) + (f.right - f.side * z));
+    double y = 0.5 * ((f.lower + f.up * z) + (f.upper - f.up * z));
+    const double from_front = f.box[2][0] - z;
+    if (!(from_front > 0.05 * size)) {
+        z = f.box[2][0] - 0.05 * size;
+    }
+    if (s->projection == VD_PROJECTION_ORTHOGRAPHIC) {
+        x = 0.5 * (f.box[0][0] + f.box[0][1]);
+        y = 0.5 * (f.box[1][0] + f.box[1][1]);
+        z = f.box[2][0] - size;
+        const double wide = (f.box[0][1] - f.box[0][0]) / (0.94 * s->width);
+        const double high = (f.box[1][1] - f.box[1][0]) / (0.94 * s->height);
+        const double per_pixel = fmax(fmax(wide, high), size * 1e-9);
+        run->camera.lens.fx = run->camera.lens.fy = 1.0 / per_pixel;
+    }
+    run->camera.eye = along_axes(&f, x, y, z);
+    return status;
+}
+
+static vd_status make_camera(particle_run *run) {
+    const vd_particle_settings *s = &run->settings;
+    const vd_bricks *b = run->bricks;
+    double size = 0.0;
+    for (int k = 0; k < 3; k++) {
+        size = fmax(size, b->max[k] - b->min[k]);
+    }
+    size = size > 0.0 ? size : 1.0;
+    vd_camera *c = &run->camera;
+    const double radians = 3.14159265358979323846 / 180.0;
+    const vd_vec3 target = s->has_target ? s->target : middle_of(b);
+    c->projection = s->projection;
+    c->lens = vd_lens_from_fov(s->fov * radians, s->width, s->height);
+    c->orientation =
+        s->has_eye ? vd_orientation_look_at(s->eye, target)
+                   : vd_orientation_from_angles(s->azimuth * radians, -s->elevation * radians, 0.0);
+    c->near_m = 1e-6 * size;
+    c->far_m = 100.0 * size;
+    const vd_vec3 forward = vd_quat_rotate(c->orientation, vd_vec3_make(0.0, 0.0, 1.0));
+    vd_status status = vd_success();
+    if (s->has_eye) {
+        c->eye = s->eye;
+    } else if (s->distance_m > 0.0) {
+        c->eye = vd_vec3_subtract(target, vd_vec3_scale(forward, s->distance_m));
+    } else {
+        const vd_lens lens = c->lens;
+        status = frame_all(run, lens, c->orientation, size);
+        if (s->has_target) {
+            const double z = vd_vec3_dot(forward, vd_vec3_subtract(target, c->eye));
+            c->eye = vd_vec3_subtract(target, vd_vec3_scale(forward, fmax(z, 0.05 * size)));
+        }
+    }
+    if (s->projection == VD_PROJECTION_ORTHOGRAPHIC && (s->has_eye || s->distance_m > 0.0)) {
+        const double z = fmax(vd_vec3_dot(forward, vd_vec3_subtract(target, c->eye)), 1e-9 * size);
+        c->lens.fx = c->lens.fx / z;
+        c->lens.fy = c->lens.fy / z;
+    }
+    return status;
+}
+
+/* ---- drawing ------------------------------------------------------------------------------------
+ */
+
+static vd_status draw(particle_run *run, vd_frame **frame) {
+    const vd_particle_settings *s = &run->settings;
+    vd_brick_view *view = NULL;
+    vd_splatter *splatter = NULL;
+    const unsigned planes = run->view_def.mode == VD_SPLAT_NEAREST ? VD_PLANE_DEPTH : 0u;
+    vd_status status = vd_frame_create(run->context, s->width, s->height, planes, frame);
+    if (status.code == VD_OK) {
+        status = vd_brick_view_create(run->bricks, &view);
+    }
+    if (status.code == VD_OK) {
+        status = vd_splatter_create(run->context, &splatter);
+    }
+    const double start = vd_seconds_now();
+    if (status.code == VD_OK) {
+        status = vd_brick_view_update(view, run->job, &run->view_def, &run->camera, s->width,
+                                      s->height, &run->view_stats);
+    }
+    if (status.code == VD_OK) {
+        status = vd_splatter_render(splatter, run->job, &run->splat_def, &run->camera, view->splats,
+                                    view->count, *frame, &run->splat_stats);
+    }
+    vd_splat_def *p = &run->splat_def;
+    const double floor_of_range = 1e-6 * run->splat_stats.value_max;
+    if (status.code == VD_OK && p->mode == VD_SPLAT_DENSITY && p->log &&
+        !(p->range_min < p->range_max) && run->splat_stats.value_min < floor_of_range) {
+        /* The faintest rim of one kernel would take half of the colours. */
+        p->range_min = floor_of_range;
+        p->range_max = run->splat_stats.value_max;
+        status = vd_splatter_render(splatter, run->job, p, &run->camera, view->splats, view->count,
+                                    *frame, &run->splat_stats);
+    }
+    if (status.code == VD_OK && planes != 0 && run->settings.shading) {
+        status = vd_particle_shade(run->context, *frame, &run->camera);
+    }
+    run->draw_seconds = vd_seconds_now() - start;
+    if (status.code == VD_OK && run->legend) {
+        vd_splat_draw_legend(*frame, &run->splat_def, &run->splat_stats);
+    }
+    if (status.code == VD_OK &&
+        (run->view_stats.nodes == 0 || run->splat_stats.outside == run->splat_stats.splats)) {
+        status = vd_failure(VD_ERROR_EMPTY, "the camera sees no particles; leave --eye and "
+                                            "--distance out to have all of them in the picture");
+    }
+    vd_splatter_destroy(&splatter);
+    vd_brick_view_destroy(&view);
+    return status;
+}
+
+static bool print_report(const particle_run *run, const vd_frame *frame, double seconds) {
+    char hash[24];
+    const vd_quat q = run->camera.orientation;
+    const vd_vec3 e = run->camera.eye;
+    double heading, pitch, roll;
+    vd_orientation_to_angles(q, &heading, &pitch, &roll);
+    snprintf(hash, sizeof hash, "%016llx", (unsigned long long)vd_frame_hash(frame));
+    json_t *root = json_pack(
+        "{s: s, s: i, s: i, s: f, s: f, s: s, s: s, s: s, s: s, s: I, s: I, s: I, s: I, s: [f, f], "
+        "s: {s: [f, f, f], s: f, s: f}}",
+        "output", run->options->values[PARTICLES_OUTPUT].text, "width", run->settings.width,
+        "height", run->settings.height, "seconds", seconds, "draw_seconds", run->draw_seconds,
+        "hash", hash, "mode", vd_splat_mode_name(run->view_def.mode), "kernel",
+        vd_splat_kernel_name(run->view_def.kernel), "color_by", run->color_name, "particles",
+        (json_int_t)run->bricks->count, "drawn", (json_int_t)run->view_stats.particles, "stand_for",
+        (json_int_t)run->view_stats.stands_for, "bricks", (json_int_t)run->view_stats.nodes,
+        "range", run->splat_stats.value_min, run->splat_stats.value_max, "camera", "eye", e.x, e.y,
+        e.z, "heading", heading * 180.0 / 3.14159265358979323846, "pitch",
+        pitch * 180.0 / 3.14159265358979323846);
+    const bool printed = root != NULL && vd_print_json(root);
+    json_decref(root);
+    return printed;
+}
+
+static vd_status save(particle_run *run, const vd_frame *frame, const char *command) {
+    const vd_option_value *v = run->options->values;
+    char software[40];
+    snprintf(software, sizeof software, "veduta %s", vd_version());
+    const vd_picture_text text[] = {{"Software", software}, {"veduta:command", command}};
+    vd_png_def png = vd_png_def_default();
+    png.level = (int)v[PARTICLES_PNG_LEVEL].number;
+    png.text = text;
+    png.text_count = 2;
+    return vd_frame_save_png(frame, v[PARTICLES_OUTPUT].text, &png);
+}
+
+static vd_status run_particles(particle_run *run, const char *command, double start) {
+    const vd_options *o = run->options;
+    const vd_option_value *v = o->values;
+    const char *const *paths = (const char *const *)o->inputs;
+    const bool quiet = v[PARTICLES_QUIET].number != 0.0;
+    vd_frame *frame = NULL;
+    vd_progress progress;
+    vd_progress_start(&progress, run->job, quiet);
+    vd_status status = vd_particle_files_bricks(
+        run->context, run->job, paths, o->input_count, &run->settings.source,
+        (int)v[PARTICLES_TYPE].number, &run->bricks, run->format);
+    if (status.code == VD_OK) {
+        status = choose_look(run);
+    }
+    if (status.code == VD_OK) {
+        status = make_camera(run);
+    }
+    if (status.code == VD_OK) {
+        status = draw(run, &frame);
+    }
+    vd_progress_stop(&progress);
+    if (status.code == VD_OK) {
+        status = save(run, frame, command);
+    }
+    const double seconds = vd_seconds_now() - start;
+    if (status.code == VD_OK && v[PARTICLES_JSON].number != 0.0 &&
+        !print_report(run, frame, seconds)) {
+        status = vd_failure(VD_ERROR_IO, "cannot write to standard output; check the pipe");
+    }
+    if (status.code == VD_OK && !quiet) {
+        fprintf(stderr, "veduta: wrote %s, %dx%d, %llu of %llu particles by %s as %s, in %.2f s\n",
+                v[PARTICLES_OUTPUT].text, run->settings.width, run->settings.height,
+                (unsigned long long)run->view_stats.particles,
+                (unsigned long long)run->view_stats.stands_for, run->color_name,
+                vd_splat_mode_name(run->view_def.mode), seconds);
+    }
+    vd_frame_destroy(&frame);
+    vd_bricks_close(&run->bricks);
+    return status.code == VD_ERROR_CANCELLED
+               ? vd_failure(VD_ERROR_CANCELLED, "interrupted; nothing was written")
+               : status;
+}
+
+static void print_help(void) {
+    fputs(
+        "usage: veduta render [OPTIONS] FILE… [-o view.png]\n\n"
+        "Draws particles: brick files (.vdp, made by `veduta import particles`), LAS, PLY without\n"
+        "faces, CSV and other text, HDF5 snapshots. What is no brick file is sorted into one\n"
+        "first, which goes with the picture.\n",
+        stdout);
+    vd_options_print_help(vd_particles_table, PARTICLES_COUNT, stdout);
+    fputs("\nexamples\n"
+          "  veduta render scan.las\n"
+          "  veduta render snap.vdp --elevation 0 --range 1e-6,1e-2 -o snap.png\n"
+          "  veduta render snap.vdp --color-by temperature --log --opacity 0.1\n"
+          "  veduta render stars.csv --columns x,y,z,-,mag --color-by mag --colormap viridis\n",
+          stdout);
+}
+
+static int start_particles(const vd_options *options, const char *command, double start) {
+    vd_notes notes;
+    particle_run run = {.options = options};
+    vd_status status = vd_notes_init(&notes, options->values[PARTICLES_QUIET].number != 0.0);
+    if (status.code != VD_OK) {
+        return vd_report(&status, 1);
+    }
+    vd_context_def def = vd_context_def_default();
+    def.threads = (int)options->values[PARTICLES_THREADS].number;
+    def.log = vd_notes_log;
+    def.log_user = &notes;
+    vd_catch_signals();
+    status = vd_context_create(&def, &run.context);
+    if (status.code == VD_OK) {
+        status = vd_job_create(run.context, &run.job);
+    }
+    if (status.code == VD_OK) {
+        status = vd_particle_settings_read(run.context, options, &run.settings);
+    }
+    if (status.code == VD_OK) {
+        status = vd_check_output("output", options->values[PARTICLES_OUTPUT].text,
+                                 (const char *const *)options->inputs, options->input_count);
+    }
+    if (status.code == VD_OK) {
+        vd_cancel_on_signal(run.job);
+        status = run_particles(&run, command, start);
+        vd_cancel_on_signal(NULL);
+    }
+    vd_job_destroy(&run.job);
+    vd_context_destroy(&run.context);
+    vd_notes_finish(&notes);
+    return status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
+}
+
+bool vd_render_is_of_particles(int argc, char **argv) {
+    for (int i = 1; i < argc; i++) {
+        const bool follows_output =
+            strcmp(argv[i - 1], "-o") == 0 || strcmp(argv[i - 1], "--output") == 0;
+        if (argv[i][0] != '-' && !follows_output) {
+            const vd_particle_file kind = vd_particle_file_probe(argv[i]);
+            if (kind != VD_PARTICLE_FILE_NONE) {
+                return true;
+            }
+        }
+        /* Raw heights say their size, as in --raw 512x512:f32. */
+        const char *raw = strncmp(argv[i], "--raw=", 6) == 0 ? argv[i] + 6
+                          : strcmp(argv[i], "--raw") == 0    ? argv[i + 1]
+                                                             : NULL;
+        if (raw != NULL && strchr(raw, ':') == NULL) {
+            return true;
+        }
+    }
+    return false;
+}
+
+int vd_command_render_particles(int argc, char **argv) {
+    const double start = vd_seconds_now();
+    vd_options options;
+    vd_status status = vd_options_init(&options, "render", vd_particles_table, PARTICLES_COUNT);
+    if (status.code != VD_OK) {
+        return vd_report(&status, 1);
+    }
+    status = vd_options_parse(&options, argc, argv);
+    const bool help = status.code == VD_OK && options.values[PARTICLES_HELP].number != 0.0;
+    char *command = vd_quote_command("veduta", argc, argv);
+    int code = 0;
+    if (help) {
+        print_help();
+    } else if (status.code != VD_OK) {
+        code = vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
+    } else {
+        code = start_particles(&options, command != NULL ? command : "veduta render", start);
+    }
+    free(command);
+    vd_options_finish(&options);
+    return code;
+}
