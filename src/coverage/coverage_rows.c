@@ -27,7 +27,8 @@
  */
 
 /* One by one: gcc makes the two sums one of 8 bytes, whose load then waits for the stores of two
- * others that overlap it; the empty asm forbids it (by itself it gained nothing that was measured). */
+ * others that overlap it; the empty asm forbids it (by itself it gained nothing that was measured).
+ */
 static inline void add_pair(int32_t *areas, int32_t area, int32_t height, int32_t sign) {
     areas[0] += sign * area;
     __asm__("" : "+m"(areas[0]));
