@@ -7,6 +7,7 @@
 #include "particle_file.h"
 #include "particle_settings.h"
 #include "particle_shade.h"
+#include "render_settings.h"
 #include "run.h"
 
 /* One run. */
@@ -499,6 +500,29 @@ static int start_particles(const vd_options *options, const char *command, doubl
     return status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
 }
 
+static bool in_table(const vd_option *table, int count, const char *name, size_t length) {
+    for (int i = 0; i < count; i++) {
+        if (strlen(table[i].key) == length && strncmp(table[i].key, name, length) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether an option is given that only models have: a PLY of points is a model too, and is drawn as
+ * one when --depth, --ids, --point-size or the like is asked for. */
+static bool asks_for_model(int argc, char **argv) {
+    for (int i = 1; i < argc; i++) {
+        const char *name = argv[i] + 2;
+        if (strncmp(argv[i], "--", 2) == 0 &&
+            !in_table(vd_particles_table, PARTICLES_COUNT, name, strcspn(name, "=")) &&
+            in_table(vd_render_table, OPTION_COUNT, name, strcspn(name, "="))) {
+            return true;
+        }
+    }
+    return false;
+}
+
 bool vd_render_is_of_particles(int argc, char **argv) {
     for (int i = 1; i < argc; i++) {
         const bool follows_output =
@@ -506,7 +530,7 @@ bool vd_render_is_of_particles(int argc, char **argv) {
         if (argv[i][0] != '-' && !follows_output) {
             const vd_particle_file kind = vd_particle_file_probe(argv[i]);
             if (kind != VD_PARTICLE_FILE_NONE) {
-                return true;
+                return kind != VD_PARTICLE_FILE_PLY || !asks_for_model(argc, argv);
             }
         }
         /* Raw heights say their size, as in --raw 512x512:f32. */
