@@ -7,6 +7,7 @@
 #include "particle_file.h"
 #include "particle_settings.h"
 #include "particle_shade.h"
+#include "render_settings.h"
 #include "run.h"
 
 /* One run. */
@@ -250,6 +251,17 @@ static vd_vec3 middle_of(const vd_bricks *b) {
                         0.5 * (b->min[2] + b->max[2]));
 }
 
+/* How large particles are drawn, about. */
+static double drawn_radius(const particle_run *run) {
+    const vd_bricks *b = run->bricks;
+    const vd_brick_view_def *d = &run->view_def;
+    double radius = d->mode == VD_SPLAT_DENSITY ? 0.0 : vd_brick_view_radius(b);
+    for (uint32_t a = 0; a < b->attribute_count; a++) {
+        radius = b->attributes[a].kind == VD_ATTRIBUTE_RADIUS ? b->attributes[a].mean : radius;
+    }
+    return d->radius_scale * (d->radius_m > 0.0 ? d->radius_m : radius);
+}
+
 /* The nearest eye that has all particles in its picture (as in view.c). */
 static vd_status frame_all(particle_run *run, vd_lens lens, vd_quat orientation, double size) {
     const vd_particle_settings *s = &run->settings;
@@ -259,6 +271,17 @@ static vd_status frame_all(particle_run *run, vd_lens lens, vd_quat orientation,
                  .side = 0.94 * s->width / (2.0 * lens.fx),
                  .up = 0.94 * s->height / (2.0 * lens.fy)};
     vd_status status = frame_bricks(run->bricks, &f);
+    const double radius = drawn_radius(run);
+    const double beside = radius * sqrt(1.0 + f.side * f.side);
+    const double above = radius * sqrt(1.0 + f.up * f.up);
+    f.left += beside;
+    f.right -= beside;
+    f.lower += above;
+    f.upper -= above;
+    for (int k = 0; k < 3; k++) {
+        f.box[k][0] -= radius;
+        f.box[k][1] += radius;
+    }
     double z = fmin((f.right - f.left) / (2.0 * f.side), (f.upper - f.lower) / (2.0 * f.up));
     double x = 0.5 * ((f.left + f.side * z) + (f.right - f.side * z));
     double y = 0.5 * ((f.lower + f.up * z) + (f.upper - f.up * z));
@@ -346,8 +369,10 @@ static vd_status draw(particle_run *run, vd_frame **frame) {
     vd_splat_def *p = &run->splat_def;
     const double floor_of_range = 1e-6 * run->splat_stats.value_max;
     if (status.code == VD_OK && p->mode == VD_SPLAT_DENSITY && p->log &&
-        !(p->range_min < p->range_max) && run->splat_stats.value_min < floor_of_range) {
-        /* The faintest rim of one kernel would take half of the colours. */
+        !(p->range_min < p->range_max) && floor_of_range > 0.0 &&
+        (run->splat_stats.value_min < floor_of_range ||
+         run->splat_stats.value_min >= run->splat_stats.value_max)) {
+        /* The faintest rim of one kernel would take half of the colours; a single value none. */
         p->range_min = floor_of_range;
         p->range_max = run->splat_stats.value_max;
         status = vd_splatter_render(splatter, run->job, p, &run->camera, view->splats, view->count,
@@ -499,6 +524,29 @@ static int start_particles(const vd_options *options, const char *command, doubl
     return status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
 }
 
+static bool in_table(const vd_option *table, int count, const char *name, size_t length) {
+    for (int i = 0; i < count; i++) {
+        if (strlen(table[i].key) == length && strncmp(table[i].key, name, length) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether an option is given that only models have: a PLY of points is a model too, and is drawn as
+ * one when --depth, --ids, --point-size or the like is asked for. */
+static bool asks_for_model(int argc, char **argv) {
+    for (int i = 1; i < argc; i++) {
+        const char *name = argv[i] + 2;
+        if (strncmp(argv[i], "--", 2) == 0 &&
+            !in_table(vd_particles_table, PARTICLES_COUNT, name, strcspn(name, "=")) &&
+            in_table(vd_render_table, OPTION_COUNT, name, strcspn(name, "="))) {
+            return true;
+        }
+    }
+    return false;
+}
+
 bool vd_render_is_of_particles(int argc, char **argv) {
     for (int i = 1; i < argc; i++) {
         const bool follows_output =
@@ -506,7 +554,7 @@ bool vd_render_is_of_particles(int argc, char **argv) {
         if (argv[i][0] != '-' && !follows_output) {
             const vd_particle_file kind = vd_particle_file_probe(argv[i]);
             if (kind != VD_PARTICLE_FILE_NONE) {
-                return true;
+                return kind != VD_PARTICLE_FILE_PLY || !asks_for_model(argc, argv);
             }
         }
         /* Raw heights say their size, as in --raw 512x512:f32. */

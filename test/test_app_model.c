@@ -231,7 +231,7 @@ static void test_planes(void **state) {
     assert_non_null(strstr(out, "triangles   12"));
     assert_non_null(strstr(out, "cube.png, 16 x 16"));
     succeeds("info --json " MODELS "/cloud.ply");
-    assert_non_null(strstr(out, "\"points\": 27"));
+    assert_non_null(strstr(out, "\"particles\": 27"));
 }
 
 /* ---- what cannot be ---------------------------------------------------------------------------*/

@@ -137,6 +137,9 @@ static void test_text(void **state) {
     write_text("same.csv", "x,y,z\n5,5,5\n5,5,5\n");
     SUCCEEDS("render", "same.csv", "-s", "64x64", "-o", "same.png");
     assert_true(drawn_pixels("same.png") > 0);
+    write_text("one.csv", "x,y,z\n5,5,5\n");
+    SUCCEEDS("render", "one.csv", "-s", "64x64", "-o", "one.png");
+    assert_true(drawn_pixels("one.png") > 0);
 }
 
 static void test_bad(void **state) {
