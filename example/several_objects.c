@@ -1,7 +1,7 @@
-/* shadings.c: several objects in one frame, each with another of the shaders that are there: depth,
- * flat, normals, lit.
+/* several_objects.c: several objects in one frame, each with another of the shaders that are there:
+ * depth, flat, normals, lit.
  *
- *   shadings [OUT.png]
+ *   several_objects [OUT.png]
  */
 #include <stdio.h>
 #include <veduta/veduta.h>
@@ -92,10 +92,10 @@ int main(int argc, char **argv) {
         status = draw(raster, mesh, frame);
     }
     if (status.code == VD_OK) {
-        status = vd_frame_save_png(frame, argc > 1 ? argv[1] : "shadings.png", NULL);
+        status = vd_frame_save_png(frame, argc > 1 ? argv[1] : "several_objects.png", NULL);
     }
     if (status.code != VD_OK) {
-        fprintf(stderr, "shadings: %s\n", status.message);
+        fprintf(stderr, "several_objects: %s\n", status.message);
     }
     vd_frame_destroy(&frame);
     vd_raster_destroy(&raster);
