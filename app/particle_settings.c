@@ -59,7 +59,7 @@ const vd_option vd_particles_table[PARTICLES_COUNT] = {
     OPTION(LEGEND, "legend", LOOK, FLAG,
            .help = "a bar of the colours with their numbers; by default on where there are any"),
     OPTION(DETAIL, "detail", LOOK, REAL, .argument = "PX", .max = 1e6, .unit = "pixels",
-           .fallback = "1",
+           .fallback = "0.5",
            .help = "how far from its place a particle may be drawn by one that stands for it; 0: "
                    "all particles are drawn"),
 

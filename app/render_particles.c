@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "commands.h"
+#include "particle_camera.h"
 #include "particle_file.h"
-#include "particle_settings.h"
 #include "particle_shade.h"
 #include "render_settings.h"
 #include "run.h"
@@ -179,78 +179,6 @@ static vd_status choose_look(particle_run *run) {
     return status;
 }
 
-/* ---- the camera ---------------------------------------------------------------------------------
- */
-
-/* What is to be in the picture, along the camera's axes. */
-typedef struct framing {
-    vd_vec3 x_axis, y_axis, z_axis;
-    double side, up;                  /* tangents of the half fields of view, less a margin */
-    double left, right, upper, lower; /* extremes of the lines that bound the eye */
-    double box[3][2];
-} framing;
-
-static void frame_point(framing *f, vd_vec3 p) {
-    const double v[3] = {vd_vec3_dot(f->x_axis, p), vd_vec3_dot(f->y_axis, p),
-                         vd_vec3_dot(f->z_axis, p)};
-    f->left = fmax(f->left, v[0] - f->side * v[2]);
-    f->right = fmin(f->right, v[0] + f->side * v[2]);
-    f->lower = fmax(f->lower, v[1] - f->up * v[2]);
-    f->upper = fmin(f->upper, v[1] + f->up * v[2]);
-    for (int k = 0; k < 3; k++) {
-        f->box[k][0] = fmin(f->box[k][0], v[k]);
-        f->box[k][1] = fmax(f->box[k][1], v[k]);
-    }
-}
-
-static vd_status frame_brick(const vd_bricks *b, uint32_t node, framing *f) {
-    vd_brick brick;
-    vd_status status = vd_bricks_brick(b, node, &brick);
-    for (uint32_t i = 0; status.code == VD_OK && i < brick.count; i++) {
-        frame_point(f, vd_vec3_make(brick.origin[0] + brick.step[0] * brick.x[i],
-                                    brick.origin[1] + brick.step[1] * brick.y[i],
-                                    brick.origin[2] + brick.step[2] * brick.z[i]));
-    }
-    return status;
-}
-
-/* The particles of few, the corners of the bricks of many. */
-static vd_status frame_bricks(const vd_bricks *b, framing *f) {
-    vd_status status = vd_success();
-    f->left = f->lower = -(double)INFINITY;
-    f->right = f->upper = (double)INFINITY;
-    for (int k = 0; k < 3; k++) {
-        f->box[k][0] = (double)INFINITY;
-        f->box[k][1] = -(double)INFINITY;
-    }
-    for (uint32_t i = 0; i < b->node_count && status.code == VD_OK; i++) {
-        const vd_bricks_node *n = &b->nodes[i];
-        if (n->child_count > 0) {
-            continue;
-        }
-        if (b->count <= 1000000) {
-            status = frame_brick(b, i, f);
-            continue;
-        }
-        for (int c = 0; c < 8; c++) {
-            frame_point(f,
-                        vd_vec3_make(c & 1 ? n->max[0] : n->min[0], c & 2 ? n->max[1] : n->min[1],
-                                     c & 4 ? n->max[2] : n->min[2]));
-        }
-    }
-    return status;
-}
-
-static vd_vec3 along_axes(const framing *f, double x, double y, double z) {
-    return vd_vec3_add(vd_vec3_add(vd_vec3_scale(f->x_axis, x), vd_vec3_scale(f->y_axis, y)),
-                       vd_vec3_scale(f->z_axis, z));
-}
-
-static vd_vec3 middle_of(const vd_bricks *b) {
-    return vd_vec3_make(0.5 * (b->min[0] + b->max[0]), 0.5 * (b->min[1] + b->max[1]),
-                        0.5 * (b->min[2] + b->max[2]));
-}
-
 /* How large particles are drawn, about. */
 static double drawn_radius(const particle_run *run) {
     const vd_bricks *b = run->bricks;
@@ -260,86 +188,6 @@ static double drawn_radius(const particle_run *run) {
         radius = b->attributes[a].kind == VD_ATTRIBUTE_RADIUS ? b->attributes[a].mean : radius;
     }
     return d->radius_scale * (d->radius_m > 0.0 ? d->radius_m : radius);
-}
-
-/* The nearest eye that has all particles in its picture (as in view.c). */
-static vd_status frame_all(particle_run *run, vd_lens lens, vd_quat orientation, double size) {
-    const vd_particle_settings *s = &run->settings;
-    framing f = {.x_axis = vd_quat_rotate(orientation, vd_vec3_make(1.0, 0.0, 0.0)),
-                 .y_axis = vd_quat_rotate(orientation, vd_vec3_make(0.0, 1.0, 0.0)),
-                 .z_axis = vd_quat_rotate(orientation, vd_vec3_make(0.0, 0.0, 1.0)),
-                 .side = 0.94 * s->width / (2.0 * lens.fx),
-                 .up = 0.94 * s->height / (2.0 * lens.fy)};
-    vd_status status = frame_bricks(run->bricks, &f);
-    const double radius = drawn_radius(run);
-    const double beside = radius * sqrt(1.0 + f.side * f.side);
-    const double above = radius * sqrt(1.0 + f.up * f.up);
-    f.left += beside;
-    f.right -= beside;
-    f.lower += above;
-    f.upper -= above;
-    for (int k = 0; k < 3; k++) {
-        f.box[k][0] -= radius;
-        f.box[k][1] += radius;
-    }
-    double z = fmin((f.right - f.left) / (2.0 * f.side), (f.upper - f.lower) / (2.0 * f.up));
-    double x = 0.5 * ((f.left + f.side * z) + (f.right - f.side * z));
-    double y = 0.5 * ((f.lower + f.up * z) + (f.upper - f.up * z));
-    const double from_front = f.box[2][0] - z;
-    if (!(from_front > 0.05 * size)) {
-        z = f.box[2][0] - 0.05 * size;
-    }
-    if (s->projection == VD_PROJECTION_ORTHOGRAPHIC) {
-        x = 0.5 * (f.box[0][0] + f.box[0][1]);
-        y = 0.5 * (f.box[1][0] + f.box[1][1]);
-        z = f.box[2][0] - size;
-        const double wide = (f.box[0][1] - f.box[0][0]) / (0.94 * s->width);
-        const double high = (f.box[1][1] - f.box[1][0]) / (0.94 * s->height);
-        const double per_pixel = fmax(fmax(wide, high), size * 1e-9);
-        run->camera.lens.fx = run->camera.lens.fy = 1.0 / per_pixel;
-    }
-    run->camera.eye = along_axes(&f, x, y, z);
-    return status;
-}
-
-static vd_status make_camera(particle_run *run) {
-    const vd_particle_settings *s = &run->settings;
-    const vd_bricks *b = run->bricks;
-    double size = 0.0;
-    for (int k = 0; k < 3; k++) {
-        size = fmax(size, b->max[k] - b->min[k]);
-    }
-    size = size > 0.0 ? size : 1.0;
-    vd_camera *c = &run->camera;
-    const double radians = 3.14159265358979323846 / 180.0;
-    const vd_vec3 target = s->has_target ? s->target : middle_of(b);
-    c->projection = s->projection;
-    c->lens = vd_lens_from_fov(s->fov * radians, s->width, s->height);
-    c->orientation =
-        s->has_eye ? vd_orientation_look_at(s->eye, target)
-                   : vd_orientation_from_angles(s->azimuth * radians, -s->elevation * radians, 0.0);
-    c->near_m = 1e-6 * size;
-    c->far_m = 100.0 * size;
-    const vd_vec3 forward = vd_quat_rotate(c->orientation, vd_vec3_make(0.0, 0.0, 1.0));
-    vd_status status = vd_success();
-    if (s->has_eye) {
-        c->eye = s->eye;
-    } else if (s->distance_m > 0.0) {
-        c->eye = vd_vec3_subtract(target, vd_vec3_scale(forward, s->distance_m));
-    } else {
-        const vd_lens lens = c->lens;
-        status = frame_all(run, lens, c->orientation, size);
-        if (s->has_target) {
-            const double z = vd_vec3_dot(forward, vd_vec3_subtract(target, c->eye));
-            c->eye = vd_vec3_subtract(target, vd_vec3_scale(forward, fmax(z, 0.05 * size)));
-        }
-    }
-    if (s->projection == VD_PROJECTION_ORTHOGRAPHIC && (s->has_eye || s->distance_m > 0.0)) {
-        const double z = fmax(vd_vec3_dot(forward, vd_vec3_subtract(target, c->eye)), 1e-9 * size);
-        c->lens.fx = c->lens.fx / z;
-        c->lens.fy = c->lens.fy / z;
-    }
-    return status;
 }
 
 /* ---- drawing ------------------------------------------------------------------------------------
@@ -446,7 +294,7 @@ static vd_status run_particles(particle_run *run, const char *command, double st
         status = choose_look(run);
     }
     if (status.code == VD_OK) {
-        status = make_camera(run);
+        status = vd_particle_camera(run->bricks, &run->settings, drawn_radius(run), &run->camera);
     }
     if (status.code == VD_OK) {
         status = draw(run, &frame);

@@ -132,7 +132,7 @@ static void *show_progress(void *user) {
         if (!progress->stop && share > 0.0) {
             static const char bar[] = "########################";
             int filled = (int)(share * 24.0);
-            fprintf(stderr, "\rdrawing [%-24.*s] %3.0f %%, %.0f s left \033[K", filled, bar,
+            fprintf(stderr, "\rworking [%-24.*s] %3.0f %%, %.0f s left \033[K", filled, bar,
                     100.0 * share, spent / share - spent);
         }
     }
