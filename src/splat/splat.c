@@ -38,12 +38,14 @@ vd_status vd_splatter_create(vd_context *context, vd_splatter **out) {
     splatter->sorters = vd_allocate_zero(context, threads, sizeof *splatter->sorters);
     splatter->scratch = vd_allocate_zero(context, threads, sizeof *splatter->scratch);
     splatter->shares = vd_allocate(context, 1, sizeof *splatter->shares);
+    splatter->in_a_row = vd_allocate(context, VD_CHUNK_PARTICLES, sizeof *splatter->in_a_row);
     const size_t capacity = VD_CHUNK_PARTICLES + 16;
     const size_t scratch_bytes =
         capacity * (sizeof(vd_splat_record) + sizeof(int32_t) + sizeof(uint32_t));
     vd_status status = vd_splat_reserve(context, &splatter->scratch_memory,
                                         "scratch to project splats", threads, scratch_bytes);
-    if (splatter->sorters == NULL || splatter->scratch == NULL || splatter->shares == NULL) {
+    if (splatter->sorters == NULL || splatter->scratch == NULL || splatter->shares == NULL ||
+        splatter->in_a_row == NULL) {
         status = vd_out_of_memory("a splatter's threads", threads * sizeof *splatter->sorters);
     }
     if (status.code != VD_OK) {
@@ -58,6 +60,9 @@ vd_status vd_splatter_create(vd_context *context, vd_splatter **out) {
             (uint32_t *)(void *)(splatter->scratch[i].tiles + capacity);
     }
     fill_shares(splatter->shares);
+    for (uint32_t i = 0; i < VD_CHUNK_PARTICLES; i++) {
+        splatter->in_a_row[i] = i;
+    }
     vd_splat_profile_init(&splatter->profiles[0], VD_SPLAT_GAUSSIAN);
     vd_splat_profile_init(&splatter->profiles[1], VD_SPLAT_SPH);
     *out = splatter;
@@ -82,6 +87,7 @@ void vd_splatter_destroy(vd_splatter **splatter_in_out) {
     vd_release(context, splatter->sorters);
     vd_release(context, splatter->scratch);
     vd_release(context, splatter->shares);
+    vd_release(context, splatter->in_a_row);
     vd_release(context, splatter);
 }
 

@@ -253,8 +253,8 @@ static void project_part(const vd_splatter *splatter, const vd_placing *placing,
     const bool whole = count == placing->splats->count;
     const uint32_t *order = whole ? placing->order : NULL;
     const uint32_t base = (uint32_t)scratch->count;
-    if (alone && order != NULL) {
-        scratch->sequence = order;
+    if (alone) {
+        scratch->sequence = order != NULL ? order : splatter->in_a_row;
     } else {
         for (uint32_t i = 0; i < count; i++) {
             scratch->own_sequence[base + i] = base + (order != NULL ? order[i] : i);

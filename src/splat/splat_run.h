@@ -53,6 +53,7 @@ struct vd_splatter {
     const vd_splat_kernels *kernels;
     vd_splat_profile profiles[2];
     vd_splat_shares *shares;
+    uint32_t *in_a_row; /* [VD_CHUNK_PARTICLES]: 0, 1, 2 … */
     vd_splat_picture picture;
     const vd_splat_def *def;
     const vd_camera *camera;
