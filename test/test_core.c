@@ -433,6 +433,11 @@ static void elementary_functions_are_accurate(void **state) {
         double y = test_uniform(&random) - 0.5, w = test_uniform(&random) - 0.5;
         assert_true(fabs(vd_atan2(y, w) - atan2(y, w)) <= 1e-15);
     }
+    for (int i = 0; i < 10000; i++) {
+        const double x = exp((test_uniform(&random) - 0.5) * 1400.0);
+        assert_true(fabs(vd_log2(x) - log2(x)) <= 1e-13 + 2e-15 * fabs(log2(x)));
+    }
+    assert_true(vd_log2(1) == 0 && vd_log2(1024) == 10 && vd_log2(0x1p-1060) == -1022);
     assert_true(vd_sin(0) == 0 && vd_cos(0) == 1 && vd_exp(0) == 1);
     assert_true(fabs(vd_cos(VD_PI / 2) - cos(VD_PI / 2)) < 1e-20);
     assert_true(isnan(vd_sin(INFINITY)) && isnan(vd_cos(NAN)) && isnan(vd_exp(NAN)));
