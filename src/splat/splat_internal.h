@@ -10,7 +10,7 @@
  * - A splat's place is its middle, projected in float in the order of operations of
  *   splat_reference.c, snapped to 1/256 pixel by floor(256·(s − ½) + ½): an integer whose lower
  *   eight bits are the share of the right and lower pixels.
- * - A pixel's colour is a left fold over the splats in drawing order: c += (splat − c)·weight, four
+ * - A pixel's colour is a left fold over the splats in drawing order: c·(1 − w) + splat·w, four
  *   floats, 255 is opaque. Every weight is a product in the order of the reference.
  * - Densities are integers; sums do not care for order.
  */

@@ -13,7 +13,10 @@
  *
  * Projection runs 16 particles at a time and leaves all that blending needs in 16 bytes: place in
  * the tile and the right share, colour, alpha × upper share, alpha × lower share. Blending is then,
- * twice, load two pixels, c += (splat − c) · w, store: eight floats at once, all channels.
+ * twice, load two pixels, c = c · (1 − w) + splat · w, store: eight floats at once, all channels.
+ * (c += (splat − c) · w is one multiplication less, but more of it waits for the pixel, and an
+ * opaque splat does not come out exactly: 20 M alternating, least of three each, 150 ms against
+ * 143.)
  *
  * Why floats, when targets are 16 bits a channel: with integers an alpha of 0.001, split over four
  * pixels, is 16 units of 65,536 and comes out 2 % off; rounding each of 2,000 such steps moves the
@@ -422,7 +425,7 @@ static void blend_large(const vd_splat_tile *tile, const vd_splat_large *large) 
             const float weight = large->amount * shares[i];
             const float w = weight < 1.0f ? weight : 1.0f;
             for (int c = 0; c < 4; c++) {
-                row[c] += (color[c] - row[c]) * w;
+                row[c] = row[c] * (1.0f - w) + color[c] * w;
             }
         }
     }
@@ -446,8 +449,9 @@ static void blend_alpha(const vd_splat_tile *tile, const vd_splat_record *record
         memcpy(&share, (*shares)[r->head >> 16], sizeof share);
         const pair color = color_pair(r->a);
         const pair a = load_pair(upper), b = load_pair(lower);
-        store_pair(upper, a + (color - a) * (share * upper_alpha));
-        store_pair(lower, b + (color - b) * (share * lower_alpha));
+        const pair upper_weight = share * upper_alpha, lower_weight = share * lower_alpha;
+        store_pair(upper, a * (1.0f - upper_weight) + color * upper_weight);
+        store_pair(lower, b * (1.0f - lower_weight) + color * lower_weight);
     }
 }
 

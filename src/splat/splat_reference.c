@@ -94,7 +94,7 @@ static bool inside(const vd_splat_picture *picture, int x, int y) {
 
 static void blend(float pixel[4], uint32_t color, float weight) {
     for (int c = 0; c < 4; c++) {
-        pixel[c] += ((float)(color >> (8 * c) & 255) - pixel[c]) * weight;
+        pixel[c] = pixel[c] * (1.0f - weight) + (float)(color >> (8 * c) & 255) * weight;
     }
 }
 
