@@ -11,7 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#define DETAIL_PX 2.5 /* as a window would have it */
+#define DETAIL_PX 2.0 /* as a window would have it */
 
 typedef struct bricks_scene {
     char raw[512], bricks_path[520];
