@@ -156,7 +156,7 @@ vd_status vd_lens_map_lay_out(vd_context *context, const vd_terrain_def *def, vd
     const size_t heights = lay_out_heights(&map, height_at), maxima = lay_out_maxima(&map);
     const size_t texels = lay_out_textures(h, &map, texture_at);
     map.memory[0] = vd_allocate(context, heights, sizeof(float));
-    map.memory[1] = vd_allocate(context, maxima, sizeof(float));
+    map.memory[1] = vd_allocate(context, maxima + 1, sizeof(float)); /* kernels read pairs */
     map.memory[2] = vd_allocate(context, texels, sizeof(uint32_t));
     if (map.memory[0] == NULL || map.memory[1] == NULL || map.memory[2] == NULL) {
         vd_lens_map_finish(&map);
