@@ -364,9 +364,16 @@ int main(int argc, char **argv) {
     for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
         measure(w, &ways[i], frame, atoi(argv[10]), atof(argv[11]));
     }
+    free(w->out.rgba);
+    free(w->out.depth);
+    free(w->primitive);
+    free(w->list);
+    free(w);
     vd_raster_destroy(&raster);
     vd_frame_destroy(&frame);
     vd_mesh_destroy(context, &mesh);
     vd_context_destroy(&context);
+    free(file.positions);
+    free(file.indices);
     return 0;
 }

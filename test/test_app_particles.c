@@ -229,7 +229,9 @@ static void test_interrupted(void **state) {
     assert_int_equal(system("cmp -s large.vdp resumed.vdp"), 0);
     remove("large.vdp");
     const pid_t child = start(arguments, 7);
-    usleep(100000);
+    for (int i = 0; i < 5000 && access("large.vdp.part", F_OK) != 0; i++) {
+        usleep(1000);
+    }
     kill(child, SIGINT);
     if (finish(child) != 0) {
         expect(1, 1, err, "nothing was written");
