@@ -39,7 +39,7 @@ static void march_draws_what_raycast_draws(void **state) {
                                                                : 1200;
     vd_context *contexts[VD_ISA_COUNT] = {NULL};
     const int threads[] = {1, 2, 7};
-    uint64_t total_hits = 0, total = 0;
+    int showing = 0; /* scenes */
     for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
         contexts[isa] = test_context(threads[isa % 3], (vd_isa)isa);
     }
@@ -64,12 +64,11 @@ static void march_draws_what_raycast_draws(void **state) {
             assert_int_equal(stats.samples, expected_stats.samples);
             vd_frame_destroy(&frame);
         }
-        total_hits += expected_stats.hits;
-        total += expected_stats.samples;
+        showing += expected_stats.hits > 0;
         vd_frame_destroy(&expected);
         vd_heightfield_destroy(contexts[VD_ISA_V2], &map);
     }
-    assert_true(total_hits > total / 20); /* the scenes show something */
+    assert_true(showing > scenes / 4);
     for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
         vd_context_destroy(&contexts[isa]);
     }
