@@ -45,12 +45,12 @@ int main(int argc, char **argv) {
         splats.radius = NULL; /* all of one size: half a thousandth of the cube */
         splats.radius_m = 0.0005f;
         status = draw(splatter, &def, &splats, frame, argc > 1 ? argv[1] : "splats.png");
-        if (status.code == VD_OK) {
+        if (status.code == VD_OK && argc > 2) {
             def.mode = VD_SPLAT_DENSITY;
             def.kernel = VD_SPLAT_SPH;
             def.log = true;
             splats.radius = particles->radius; /* smoothing lengths */
-            status = draw(splatter, &def, &splats, frame, argc > 2 ? argv[2] : "density.png");
+            status = draw(splatter, &def, &splats, frame, argv[2]);
         }
     }
     if (status.code != VD_OK) {
