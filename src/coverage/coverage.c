@@ -69,49 +69,31 @@ void vd_coverage_destroy(vd_coverage **coverage_in_out) {
         vd_release(context, coverage->workers[i].dash.at);
     }
     vd_release(context, coverage->workers);
-    vd_release(context, coverage->blocks);
-    vd_release(context, coverage->lists);
-    vd_release(context, coverage->shapes);
-    vd_release(context, coverage->canvas);
+    vd_release(context, coverage->block_memory.memory);
+    vd_release(context, coverage->list_memory.memory);
+    vd_release(context, coverage->shape_memory.memory);
+    vd_release(context, coverage->canvas_memory.memory);
     vd_release(context, coverage);
-}
-
-/* Makes room for `count` elements; what is there is lost when it must grow. */
-static vd_status reserve(vd_context *context, void **memory, size_t *capacity, const char *what,
-                         size_t count, size_t size_bytes) {
-    if (count <= *capacity) {
-        return vd_success();
-    }
-    vd_release(context, *memory);
-    *capacity = 0;
-    *memory = vd_allocate(context, count, size_bytes);
-    if (*memory == NULL) {
-        return vd_out_of_memory(what, count * size_bytes);
-    }
-    *capacity = count;
-    return vd_success();
 }
 
 /* Memory for a batch but for its edges. */
 static vd_status reserve_batch(vd_coverage *coverage, size_t lists, const vd_coverage_run *run) {
-    void *memory = coverage->lists;
-    vd_status status = reserve(coverage->context, &memory, &coverage->list_capacity,
-                               "lists of edges", lists, sizeof *coverage->lists);
-    coverage->lists = memory;
+    vd_status status = vd_buffer_reserve(coverage->context, &coverage->list_memory,
+                                         "lists of edges", lists, sizeof *coverage->lists);
     if (status.code == VD_OK) {
-        memory = coverage->shapes;
-        status = reserve(coverage->context, &memory, &coverage->shape_capacity, "shapes",
-                         2 * run->batch_count, sizeof *coverage->shapes);
-        coverage->shapes = memory;
+        status = vd_buffer_reserve(coverage->context, &coverage->shape_memory, "shapes",
+                                   2 * run->batch_count, sizeof *coverage->shapes);
     }
+    coverage->lists = coverage->list_memory.memory;
+    coverage->shapes = coverage->shape_memory.memory;
     return status;
 }
 
 static vd_status reserve_blocks(vd_coverage *coverage, size_t blocks) {
-    void *memory = coverage->blocks;
-    vd_status status = reserve(coverage->context, &memory, &coverage->block_capacity,
-                               "edges of paths", blocks, sizeof *coverage->blocks);
-    coverage->blocks = memory;
+    vd_status status = vd_buffer_reserve(coverage->context, &coverage->block_memory,
+                                         "edges of paths", blocks, sizeof *coverage->blocks);
+    coverage->blocks = coverage->block_memory.memory;
+    coverage->block_capacity = coverage->block_memory.bytes / sizeof *coverage->blocks;
     return status;
 }
 
@@ -176,10 +158,14 @@ static vd_status even_out(vd_coverage *coverage) {
     for (int i = 0; i < 2 * coverage->thread_count; i++) {
         vd_coverage_worker *w = &coverage->workers[i / 2];
         vd_points *points = i % 2 == 0 ? &w->line : &w->dash;
-        void *memory = points->at;
-        const vd_status status = reserve(coverage->context, &memory, &points->capacity,
-                                         "the points of a stroke", most, sizeof *points->at);
-        points->at = memory;
+        if (most <= points->capacity) {
+            continue;
+        }
+        vd_buffer memory = {points->at, points->capacity * sizeof *points->at};
+        const vd_status status = vd_buffer_reserve(
+            coverage->context, &memory, "the points of a stroke", most, sizeof *points->at);
+        points->at = memory.memory;
+        points->capacity = memory.bytes / sizeof *points->at;
         if (status.code != VD_OK) {
             return status;
         }
@@ -467,10 +453,8 @@ static vd_status draw_canvas(vd_coverage_run *run, vd_frame *frame, const vd_box
         return vd_success();
     }
     const size_t stride = vd_frame_stride(x1 - x0), rows = (size_t)(y1 - y0);
-    void *memory = coverage->canvas;
-    vd_status status = reserve(coverage->context, &memory, &coverage->canvas_capacity,
-                               "a frame in 16 bits", stride * rows, 4 * sizeof(uint16_t));
-    coverage->canvas = memory;
+    vd_status status = vd_buffer_reserve(coverage->context, &coverage->canvas_memory,
+                                         "a frame in 16 bits", stride * rows, 4 * sizeof(uint16_t));
     if (status.code != VD_OK) {
         return status;
     }
@@ -482,7 +466,7 @@ static vd_status draw_canvas(vd_coverage_run *run, vd_frame *frame, const vd_box
                  .samples = 1,
                  .stride = stride,
                  .plane = stride * rows,
-                 .color = coverage->canvas},
+                 .color = coverage->canvas_memory.memory},
                 frame};
     paint_into(run, &c.target);
     status = vd_parallel_for(coverage->context, NULL, c.target.height, widen_row, &c);

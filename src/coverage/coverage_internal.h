@@ -18,6 +18,7 @@
 
 #include <stdatomic.h>
 #include <veduta/coverage.h>
+#include "core/buffer.h"
 #include "core/core.h"
 #include "coverage/coverage_kernels.h"
 
@@ -191,15 +192,13 @@ struct vd_coverage {
     int thread_count;
     vd_coverage_worker *workers;
 
+    vd_buffer block_memory, list_memory, shape_memory;
+    vd_buffer canvas_memory; /* what a frame is drawn in: uint16_t [rows][columns][4] */
     vd_edge_block *blocks;
     size_t block_capacity;
     _Atomic uint32_t block_count; /* asked for; beyond the capacity none is given */
     vd_edge_list *lists;          /* [chunks][bands] */
-    size_t list_capacity;
-    vd_shape *shapes; /* [2 · layers of a batch] */
-    size_t shape_capacity;
-    uint16_t *canvas; /* what a frame is drawn in: [rows][columns][4] */
-    size_t canvas_capacity;
+    vd_shape *shapes;             /* [2 · layers of a batch] */
 };
 
 /* One call's. */

@@ -2,17 +2,8 @@
 #ifndef VEDUTA_RASTER_RASTER_RUN_H
 #define VEDUTA_RASTER_RASTER_RUN_H
 
+#include "core/buffer.h"
 #include "raster/raster_kernels.h"
-
-/* Memory that only grows. */
-typedef struct vd_buffer {
-    void *memory;
-    size_t bytes;
-} vd_buffer;
-
-/* Makes room for count × size_bytes; contents are lost when it grows. */
-VD_MUST_USE vd_status vd_buffer_reserve(vd_context *context, vd_buffer *buffer, const char *what,
-                                        size_t count, size_t size_bytes);
 
 typedef struct vd_slot {
     vd_buffer vertices, written, user;

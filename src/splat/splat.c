@@ -42,8 +42,8 @@ vd_status vd_splatter_create(vd_context *context, vd_splatter **out) {
     const size_t capacity = VD_CHUNK_PARTICLES + 16;
     const size_t scratch_bytes =
         capacity * (sizeof(vd_splat_record) + sizeof(int32_t) + sizeof(uint32_t));
-    vd_status status = vd_splat_reserve(context, &splatter->scratch_memory,
-                                        "scratch to project splats", threads, scratch_bytes);
+    vd_status status = vd_buffer_reserve(context, &splatter->scratch_memory,
+                                         "scratch to project splats", threads, scratch_bytes);
     if (splatter->sorters == NULL || splatter->scratch == NULL || splatter->shares == NULL ||
         splatter->in_a_row == NULL) {
         status = vd_out_of_memory("a splatter's threads", threads * sizeof *splatter->sorters);
@@ -52,7 +52,7 @@ vd_status vd_splatter_create(vd_context *context, vd_splatter **out) {
         vd_splatter_destroy(&splatter);
         return status;
     }
-    char *at = splatter->scratch_memory.at;
+    char *at = splatter->scratch_memory.memory;
     for (size_t i = 0; i < threads; i++, at += scratch_bytes) {
         splatter->scratch[i].records = (vd_splat_record *)(void *)at;
         splatter->scratch[i].tiles = (int32_t *)(void *)(splatter->scratch[i].records + capacity);
@@ -76,13 +76,13 @@ void vd_splatter_destroy(vd_splatter **splatter_in_out) {
     vd_splatter *splatter = *splatter_in_out;
     *splatter_in_out = NULL;
     vd_context *context = splatter->context;
-    const vd_splat_memory *memories[] = {&splatter->placing_memory, &splatter->sequence_memory,
-                                         &splatter->order_memory,   &splatter->tile_memory,
-                                         &splatter->touched_memory, &splatter->extreme_memory,
-                                         &splatter->chunk_memory,   &splatter->sort_memory,
-                                         &splatter->scratch_memory, &splatter->counter_memory};
+    const vd_buffer *memories[] = {&splatter->placing_memory, &splatter->sequence_memory,
+                                   &splatter->order_memory,   &splatter->tile_memory,
+                                   &splatter->touched_memory, &splatter->extreme_memory,
+                                   &splatter->chunk_memory,   &splatter->sort_memory,
+                                   &splatter->scratch_memory, &splatter->counter_memory};
     for (size_t i = 0; i < sizeof memories / sizeof memories[0]; i++) {
-        vd_release(context, memories[i]->at);
+        vd_release(context, memories[i]->memory);
     }
     vd_release(context, splatter->sorters);
     vd_release(context, splatter->scratch);
@@ -95,19 +95,19 @@ static vd_status reserve_tiles(vd_splatter *splatter) {
     const size_t count = (size_t)splatter->picture.tile_count;
     const size_t pixel_bytes = splatter->picture.mode == VD_SPLAT_DENSITY ? sizeof(uint64_t) : 16;
     splatter->tile_bytes = (VD_TILE_PIXELS * pixel_bytes + 63) / 64 * 64;
-    vd_status status = vd_splat_reserve(splatter->context, &splatter->tile_memory,
-                                        "a picture of splats", count, splatter->tile_bytes);
+    vd_status status = vd_buffer_reserve(splatter->context, &splatter->tile_memory,
+                                         "a picture of splats", count, splatter->tile_bytes);
     if (status.code == VD_OK) {
-        status = vd_splat_reserve(splatter->context, &splatter->touched_memory,
-                                  "a picture of splats", count, 1);
+        status = vd_buffer_reserve(splatter->context, &splatter->touched_memory,
+                                   "a picture of splats", count, 1);
     }
     if (status.code == VD_OK) {
-        status = vd_splat_reserve(splatter->context, &splatter->extreme_memory,
-                                  "a picture of splats", count, sizeof *splatter->extremes);
+        status = vd_buffer_reserve(splatter->context, &splatter->extreme_memory,
+                                   "a picture of splats", count, sizeof *splatter->extremes);
     }
-    splatter->tiles = splatter->tile_memory.at;
-    splatter->touched = splatter->touched_memory.at;
-    splatter->extremes = splatter->extreme_memory.at;
+    splatter->tiles = splatter->tile_memory.memory;
+    splatter->touched = splatter->touched_memory.memory;
+    splatter->extremes = splatter->extreme_memory.memory;
     if (status.code == VD_OK) {
         memset(splatter->touched, 0, count);
     }

@@ -367,22 +367,22 @@ static vd_status reserve_chunks(vd_splatter *splatter) {
         (splatter->chunk_records + VD_RECORDS_AHEAD) * sizeof(vd_splat_record) +
         VD_CHUNK_PARTICLES * sizeof(vd_splat_large) + (tiles + 15) / 16 * 16 * sizeof(uint32_t);
     vd_status status =
-        vd_splat_reserve(splatter->context, &splatter->chunk_memory, "splats on their way to tiles",
-                         2 * VD_BATCH_CHUNKS, chunk_bytes);
+        vd_buffer_reserve(splatter->context, &splatter->chunk_memory,
+                          "splats on their way to tiles", 2 * VD_BATCH_CHUNKS, chunk_bytes);
     if (status.code != VD_OK) {
         return status;
     }
-    status = vd_splat_reserve(splatter->context, &splatter->counter_memory, "counters of splats",
-                              (size_t)splatter->thread_count * BIN_PARTS * (tiles + 1),
-                              sizeof(uint32_t));
+    status = vd_buffer_reserve(splatter->context, &splatter->counter_memory, "counters of splats",
+                               (size_t)splatter->thread_count * BIN_PARTS * (tiles + 1),
+                               sizeof(uint32_t));
     if (status.code != VD_OK) {
         return status;
     }
     for (int i = 0; i < splatter->thread_count; i++) {
         splatter->scratch[i].counters =
-            (uint32_t *)splatter->counter_memory.at + (size_t)i * BIN_PARTS * (tiles + 1);
+            (uint32_t *)splatter->counter_memory.memory + (size_t)i * BIN_PARTS * (tiles + 1);
     }
-    char *at = splatter->chunk_memory.at;
+    char *at = splatter->chunk_memory.memory;
     for (int i = 0; i < 2 * VD_BATCH_CHUNKS; i++, at += chunk_bytes) {
         vd_splat_chunk *chunk = &splatter->batches[i / VD_BATCH_CHUNKS].chunks[i % VD_BATCH_CHUNKS];
         chunk->records = (vd_splat_record *)(void *)at;

@@ -5,21 +5,6 @@
 #include "core/real.h"
 #include "splat/splat_run.h"
 
-vd_status vd_splat_reserve(vd_context *context, vd_splat_memory *memory, const char *what,
-                           size_t count, size_t size_bytes) {
-    if (memory->at != NULL && count <= memory->bytes / size_bytes) {
-        return vd_success();
-    }
-    vd_release(context, memory->at);
-    memory->bytes = 0;
-    memory->at = vd_allocate(context, count, size_bytes);
-    if (memory->at == NULL) {
-        return vd_out_of_memory(what, count * size_bytes);
-    }
-    memory->bytes = count * size_bytes;
-    return vd_success();
-}
-
 /* ---- placing ----------------------------------------------------------------------------------*/
 
 static bool range_is_open(const vd_splat_def *def) {
@@ -76,12 +61,12 @@ static int compare_far(const void *a, const void *b) {
 /* The lists that show something, as given or farthest first. */
 static vd_status choose_sequence(vd_splatter *splatter, const vd_splat_def *def) {
     vd_status status =
-        vd_splat_reserve(splatter->context, &splatter->sequence_memory, "a sequence of splats",
-                         (size_t)splatter->list_count + 1, sizeof(far_list) + sizeof(int));
+        vd_buffer_reserve(splatter->context, &splatter->sequence_memory, "a sequence of splats",
+                          (size_t)splatter->list_count + 1, sizeof(far_list) + sizeof(int));
     if (status.code != VD_OK) {
         return status;
     }
-    far_list *far = splatter->sequence_memory.at;
+    far_list *far = splatter->sequence_memory.memory;
     int *sequence = (int *)(void *)(far + splatter->list_count);
     int count = 0;
     for (int i = 0; i < splatter->list_count; i++) {
@@ -106,13 +91,13 @@ vd_status vd_splatter_place(vd_splatter *splatter, const vd_splat_def *def, cons
                             const vd_splats *lists, int count, int width, int height) {
     vd_status status = vd_splat_check(def, camera, lists, count);
     if (status.code == VD_OK) {
-        status = vd_splat_reserve(splatter->context, &splatter->placing_memory, "placed splats",
-                                  (size_t)count + 1, sizeof *splatter->placings);
+        status = vd_buffer_reserve(splatter->context, &splatter->placing_memory, "placed splats",
+                                   (size_t)count + 1, sizeof *splatter->placings);
     }
     if (status.code != VD_OK) {
         return status;
     }
-    splatter->placings = splatter->placing_memory.at;
+    splatter->placings = splatter->placing_memory.memory;
     splatter->def = def;
     splatter->camera = camera;
     splatter->lists = lists;
@@ -162,12 +147,12 @@ static vd_status reserve_sorters(vd_splatter *splatter, size_t most) {
     const size_t threads = (size_t)splatter->thread_count;
     const size_t total = most + (threads - 1) * each;
     vd_status status =
-        vd_splat_reserve(splatter->context, &splatter->sort_memory, "scratch to sort splats",
-                         total + 16 * threads, sizeof(uint64_t) + sizeof(uint32_t));
+        vd_buffer_reserve(splatter->context, &splatter->sort_memory, "scratch to sort splats",
+                          total + 16 * threads, sizeof(uint64_t) + sizeof(uint32_t));
     if (status.code != VD_OK) {
         return status;
     }
-    uint64_t *pairs = splatter->sort_memory.at;
+    uint64_t *pairs = splatter->sort_memory.memory;
     uint32_t *keys = (uint32_t *)(void *)(pairs + total);
     for (size_t i = 0; i < threads; i++) {
         splatter->sorters[i].keys = keys;
@@ -188,10 +173,10 @@ static vd_status choose_sorting(vd_splatter *splatter, size_t *most, uint64_t *s
     }
     vd_status status = vd_success();
     if (own > 0 && !splatter->all) {
-        status = vd_splat_reserve(splatter->context, &splatter->order_memory, "the order of splats",
-                                  own, sizeof(uint32_t));
+        status = vd_buffer_reserve(splatter->context, &splatter->order_memory,
+                                   "the order of splats", own, sizeof(uint32_t));
     }
-    uint32_t *next = splatter->order_memory.at;
+    uint32_t *next = splatter->order_memory.memory;
     for (int k = 0; k < splatter->sequence_count && status.code == VD_OK; k++) {
         vd_placing *p = &splatter->placings[splatter->sequence[k]];
         vd_splat_order *order = p->splats->order;

@@ -2,6 +2,7 @@
 #ifndef VEDUTA_SPLAT_SPLAT_RUN_H
 #define VEDUTA_SPLAT_SPLAT_RUN_H
 
+#include "core/buffer.h"
 #include "splat/splat_kernels.h"
 
 /* Particles projected at a time by one thread: at most, and when several short lists are put
@@ -13,16 +14,6 @@
 
 /* Lists of more particles than this are sorted one by one, by one thread with memory of its own. */
 #define VD_SORT_MUCH ((size_t)1 << 18)
-
-/* Memory that grows. */
-typedef struct vd_splat_memory {
-    void *at;
-    size_t bytes;
-} vd_splat_memory;
-
-/* Makes room for count × size_bytes, the contents undefined. */
-VD_MUST_USE vd_status vd_splat_reserve(vd_context *context, vd_splat_memory *memory,
-                                       const char *what, size_t count, size_t size_bytes);
 
 /* A place in the sequence of all particles. */
 typedef struct vd_splat_cursor {
@@ -74,7 +65,7 @@ struct vd_splatter {
     uint8_t *touched;        /* [tile_count] */
     uint64_t (*extremes)[2]; /* [tile_count]: least sum above 0, greatest */
     vd_frame *frame;
-    vd_splat_memory placing_memory, sequence_memory, order_memory, tile_memory, touched_memory,
+    vd_buffer placing_memory, sequence_memory, order_memory, tile_memory, touched_memory,
         extreme_memory, chunk_memory, sort_memory, scratch_memory, counter_memory;
 };
 

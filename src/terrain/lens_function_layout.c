@@ -305,8 +305,7 @@ static vd_status lay_out_memory(vd_lens_function *f, vd_lens_map *map) {
         tile_count += (size_t)(g->columns / VD_LENS_FUNCTION_TILE + 1) *
                       (size_t)(g->rows / VD_LENS_FUNCTION_TILE + 1);
     }
-    /* One maximum more: kernels read pairs. */
-    const size_t bytes[4] = {height_count * 4, (maxima_count + 1) * 4, texel_count * 4, tile_count};
+    const size_t bytes[4] = {height_count * 4, maxima_count * 4, texel_count * 4, tile_count};
     for (int i = 0; i < 4; i++) {
         const vd_status status = reserve(f, map, i, bytes[i]);
         if (status.code != VD_OK) {

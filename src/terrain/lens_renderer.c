@@ -80,8 +80,8 @@ void vd_terrain_renderer_destroy(vd_terrain_renderer **renderer_in_out) {
     vd_lens_map_finish(&renderer->map);
     vd_lens_function_finish(&renderer->function);
     vd_frame_destroy(&renderer->window);
-    vd_release(renderer->context, renderer->depth);
-    vd_release(renderer->context, renderer->starts);
+    vd_release(renderer->context, renderer->depth.memory);
+    vd_release(renderer->context, renderer->starts.memory);
     vd_release(renderer->context, renderer->workers);
     vd_release(renderer->context, renderer);
 }
@@ -111,18 +111,6 @@ vd_status vd_lens_prepare(vd_terrain_renderer *renderer, vd_job *job, const vd_c
     return (renderer->def.method == VD_TERRAIN_RAYCAST ? vd_lens_function_aim_reference
                                                        : vd_lens_function_aim)(
         &renderer->function, job, &renderer->def, camera, width, height, &renderer->map);
-}
-
-/* Makes *array hold at least `count` floats. */
-static vd_status reserve(vd_context *context, float **array, size_t *have, size_t count) {
-    if (count <= *have) {
-        return vd_success();
-    }
-    vd_release(context, *array);
-    *array = vd_allocate(context, count, sizeof **array);
-    *have = *array == NULL ? 0 : count;
-    return *array == NULL ? vd_out_of_memory("the picture's depths", count * sizeof **array)
-                          : vd_success();
 }
 
 typedef struct pass {
@@ -159,17 +147,19 @@ vd_status vd_lens_draw(vd_terrain_renderer *renderer, vd_job *job, const vd_came
     picture.frame = frame;
     picture.depth_stride = vd_row_stride((size_t)frame->width, sizeof(float));
     picture.starts_stride = vd_row_stride((size_t)(frame->width + 3) / 4, sizeof(float));
-    vd_status status = reserve(renderer->context, &renderer->depth, &renderer->depths,
-                               picture.depth_stride * (size_t)frame->height);
+    vd_status status =
+        vd_buffer_reserve(renderer->context, &renderer->depth, "a picture's depths",
+                          picture.depth_stride * (size_t)frame->height, sizeof *picture.depth);
     if (status.code == VD_OK) {
-        status = reserve(renderer->context, &renderer->starts, &renderer->start_count,
-                         picture.starts_stride * (((size_t)frame->height + 3) / 4));
+        status = vd_buffer_reserve(renderer->context, &renderer->starts, "a picture's beams",
+                                   picture.starts_stride * (((size_t)frame->height + 3) / 4),
+                                   sizeof *picture.starts);
     }
     if (status.code != VD_OK) {
         return status;
     }
-    picture.depth = renderer->depth;
-    picture.starts = renderer->starts;
+    picture.depth = renderer->depth.memory;
+    picture.starts = renderer->starts.memory;
     picture.view = &renderer->view;
     vd_lens_view_init(&renderer->map, &renderer->def, camera, frame->width, frame->height,
                       renderer->sky, &renderer->view);

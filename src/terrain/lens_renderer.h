@@ -2,6 +2,7 @@
 #ifndef VEDUTA_TERRAIN_LENS_RENDERER_H
 #define VEDUTA_TERRAIN_LENS_RENDERER_H
 
+#include "core/buffer.h"
 #include "terrain/lens_function.h"
 #include "terrain/lens_view.h"
 
@@ -16,8 +17,7 @@ struct vd_terrain_renderer {
     vd_lens_view view;         /* of the last picture */
     const vd_lens_methods *kernels;
     vd_lens_worker *workers; /* [threads] */
-    float *depth, *starts;   /* see vd_lens_picture */
-    size_t depths, start_count;
+    vd_buffer depth, starts; /* see vd_lens_picture */
     vd_frame *window;     /* a target's window, one sample of each pixel; null until one is drawn */
     size_t window_pixels; /* that it has room for */
     uint32_t sky[VD_LENS_SKY + 1];
