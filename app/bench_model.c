@@ -1,4 +1,5 @@
 /* bench_model.c: the published models and views of them. */
+#include "../bench/mesh_file.h"
 #include "bench_raster.h"
 
 #include <malloc.h>
@@ -23,27 +24,15 @@ const char *bench_model_named(const char *name) {
 /* ---- files ------------------------------------------------------------------------------------*/
 
 static bool read_file(const char *path, bench_model *m) {
-    char magic[8];
-    uint32_t counts[2];
-    FILE *file = fopen(path, "rb");
-    if (file == NULL) {
-        return false;
-    }
-    bool ok = fread(magic, 1, 8, file) == 8 && memcmp(magic, "VDBENCH1", 8) == 0 &&
-              fread(counts, 4, 2, file) == 2 && counts[0] < 1u << 28 && counts[1] < 1u << 28;
-    if (ok) {
-        m->vertex_count = counts[0];
-        m->triangle_count = counts[1];
-        m->positions = malloc((size_t)counts[0] * 12 + 1);
-        m->indices = malloc((size_t)counts[1] * 12 + 1);
-        ok = m->positions != NULL && m->indices != NULL &&
-             fread(m->positions, 12, counts[0], file) == counts[0] &&
-             fread(m->indices, 12, counts[1], file) == counts[1];
-    }
+    mesh_file file = {0, 0, NULL, NULL};
+    bool ok = mesh_file_read(path, &file);
+    m->vertex_count = file.vertex_count;
+    m->triangle_count = file.triangle_count;
+    m->positions = file.positions;
+    m->indices = file.indices;
     for (size_t i = 0; ok && i < (size_t)m->triangle_count * 3; i++) {
         ok = m->indices[i] < m->vertex_count;
     }
-    fclose(file);
     return ok;
 }
 

@@ -14,7 +14,8 @@ typedef struct mesh_file {
     uint32_t *indices; /* [triangle_count][3] */
 } mesh_file;
 
-/* False when it is not there or not whole; the arrays are kept until the program ends. */
+/* False when it is not there or not whole; arrays that are not null are then freed by the caller
+ * too. */
 static inline bool mesh_file_read(const char *path, mesh_file *m) {
     char magic[8];
     uint32_t counts[2];
