@@ -238,27 +238,15 @@ static int start_import(const vd_options *options) {
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
-    vd_context_def def = vd_context_def_default();
-    def.threads = (int)options->values[IMPORT_THREADS].number;
-    def.log = vd_notes_log;
-    def.log_user = &notes;
     vd_catch_signals();
-    status = vd_context_create(&def, &context);
-    const int bad_use = status.code == VD_ERROR_ARGUMENT ? 2 : 1; /* VEDUTA_CPU is the user's */
-    if (status.code == VD_OK) {
-        status = vd_job_create(context, &job);
-    }
+    status = vd_work_begin(&notes, (int)options->values[IMPORT_THREADS].number, &context, &job);
     if (status.code == VD_OK) {
         vd_cancel_on_signal(job);
         status = run_import(options, context, job, start);
         vd_cancel_on_signal(NULL);
     }
-    vd_job_destroy(&job);
-    vd_context_destroy(&context);
-    vd_notes_finish(&notes);
-    return status.code == VD_OK
-               ? 0
-               : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : bad_use);
+    vd_work_end(&notes, &context, &job);
+    return status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
 }
 
 int vd_command_import(int argc, char **argv) {

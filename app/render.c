@@ -250,17 +250,10 @@ static int run_render(const vd_render_settings *settings, const char *command, c
     if (note[0] != '\0') {
         vd_notes_log(&run.notes, VD_LOG_WARNING, note);
     }
-    vd_context_def def = vd_context_def_default();
-    def.threads = settings->threads;
-    def.log = vd_notes_log;
-    def.log_user = &run.notes;
-    status = vd_context_create(&def, &run.context);
+    status = vd_work_begin(&run.notes, settings->threads, &run.context, &run.job);
     int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     if (status.code == VD_OK) {
-        status = vd_job_create(run.context, &run.job);
         code = 1;
-    }
-    if (status.code == VD_OK) {
         vd_cancel_on_signal(run.job);
         status = draw_and_save(&run, command);
         vd_cancel_on_signal(NULL);
@@ -271,9 +264,7 @@ static int run_render(const vd_render_settings *settings, const char *command, c
     json_decref(run.terrain);
     json_decref(run.model);
     vd_frame_destroy(&run.frame);
-    vd_job_destroy(&run.job);
-    vd_context_destroy(&run.context);
-    vd_notes_finish(&run.notes);
+    vd_work_end(&run.notes, &run.context, &run.job);
     return code;
 }
 

@@ -345,15 +345,9 @@ static int start_particles(const vd_options *options, const char *command, doubl
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
-    vd_context_def def = vd_context_def_default();
-    def.threads = (int)options->values[PARTICLES_THREADS].number;
-    def.log = vd_notes_log;
-    def.log_user = &notes;
     vd_catch_signals();
-    status = vd_context_create(&def, &run.context);
-    if (status.code == VD_OK) {
-        status = vd_job_create(run.context, &run.job);
-    }
+    status = vd_work_begin(&notes, (int)options->values[PARTICLES_THREADS].number, &run.context,
+                           &run.job);
     if (status.code == VD_OK) {
         status = vd_particle_settings_read(run.context, options, &run.settings);
     }
@@ -366,9 +360,7 @@ static int start_particles(const vd_options *options, const char *command, doubl
         status = run_particles(&run, command, start);
         vd_cancel_on_signal(NULL);
     }
-    vd_job_destroy(&run.job);
-    vd_context_destroy(&run.context);
-    vd_notes_finish(&notes);
+    vd_work_end(&notes, &run.context, &run.job);
     return status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
 }
 

@@ -66,6 +66,30 @@ void vd_notes_finish(vd_notes *notes) {
     pthread_mutex_destroy(&notes->lock);
 }
 
+vd_status vd_work_begin(vd_notes *notes, int threads, vd_context **context, vd_job **job) {
+    vd_context_def def = vd_context_def_default();
+    def.threads = threads;
+    def.log = vd_notes_log;
+    def.log_user = notes;
+    *job = NULL;
+    vd_status status = vd_context_create(&def, context);
+    if (status.code == VD_OK) {
+        status = vd_job_create(*context, job);
+        if (status.code != VD_OK) {
+            vd_context_destroy(context);
+        }
+    } else {
+        *context = NULL;
+    }
+    return status;
+}
+
+void vd_work_end(vd_notes *notes, vd_context **context, vd_job **job) {
+    vd_job_destroy(job);
+    vd_context_destroy(context);
+    vd_notes_finish(notes);
+}
+
 void vd_notes_log(void *user, vd_log_level level, const char *sentence) {
     vd_notes *notes = user;
     if (level == VD_LOG_DEBUG) {

@@ -34,6 +34,15 @@ VD_MUST_USE vd_status vd_notes_init(vd_notes *notes, bool quiet);
 void vd_notes_finish(vd_notes *notes);
 void vd_notes_log(void *user, vd_log_level level, const char *sentence);
 
+/* Makes what a long command works with: a context of so many threads (0: one per processor) that
+ * logs to `notes`, and a job. On failure, VD_ERROR_ARGUMENT where VEDUTA_CPU is at fault, both are
+ * null. */
+VD_MUST_USE vd_status vd_work_begin(vd_notes *notes, int threads, vd_context **context,
+                                    vd_job **job);
+
+/* Ends these, also after a failure, and the notes. */
+void vd_work_end(vd_notes *notes, vd_context **context, vd_job **job);
+
 /* From here on SIGINT and SIGTERM are kept for a job to come; a second one ends the program, and a
  * closed pipe is a write error like any other. */
 void vd_catch_signals(void);

@@ -7,7 +7,21 @@
 #ifndef VEDUTA_CORE_FILE_H
 #define VEDUTA_CORE_FILE_H
 
+#include <stdbool.h>
+#include <string.h>
 #include <veduta/context.h>
+
+/* Whether a path ends in `ending`, which is in small letters; those of the path may be capital. */
+static inline bool vd_path_ends_in(const char *path, const char *ending) {
+    const size_t length = strlen(path), tail = strlen(ending);
+    for (size_t i = 0; i < tail && length >= tail; i++) {
+        const char c = path[length - tail + i];
+        if ((c >= 'A' && c <= 'Z' ? c + 32 : c) != ending[i]) {
+            return false;
+        }
+    }
+    return length >= tail;
+}
 
 /* Reads `path` into *data (owned by the caller, vd_release; one NUL byte follows the contents).
  * Returns VD_ERROR_IO (also for devices, which may never end), VD_ERROR_LIMIT (more than

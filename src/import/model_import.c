@@ -12,6 +12,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "core/file.h"
 #include "import/import.h"
 #include <assimp/cimport.h>
 #include <assimp/postprocess.h>
@@ -33,17 +34,6 @@ static void finish(vd_import *import, bool taken) {
     aiReleaseImport(import->scene);
 }
 
-static bool ends_in(const char *path, const char *ending) {
-    const size_t length = strlen(path), tail = strlen(ending);
-    for (size_t i = 0; i < tail && length >= tail; i++) {
-        const char c = path[length - tail + i];
-        if ((c >= 'A' && c <= 'Z' ? c + 32 : c) != ending[i]) {
-            return false;
-        }
-    }
-    return length >= tail;
-}
-
 /* Which axis is up: what the file says (FBX), else the custom of its format. */
 static bool is_z_up(const vd_import *import) {
     const struct aiMetadata *data = import->scene->mMetaData;
@@ -52,7 +42,7 @@ static bool is_z_up(const vd_import *import) {
             return *(const int32_t *)data->mValues[i].mData == 2;
         }
     }
-    return ends_in(import->path, ".stl") || ends_in(import->path, ".3mf");
+    return vd_path_ends_in(import->path, ".stl") || vd_path_ends_in(import->path, ".3mf");
 }
 
 static vd_status create(const vd_import *import, vd_model **out) {
@@ -126,8 +116,9 @@ vd_status vd_model_import(vd_context *context, const char *path, const vd_model_
     vd_import import = {.context = context,
                         .path = path,
                         .skip_textures = def != NULL && def->skip_textures,
-                        .linear_colors = ends_in(path, ".gltf") || ends_in(path, ".glb") ||
-                                         ends_in(path, ".vrm")};
+                        .linear_colors = vd_path_ends_in(path, ".gltf") ||
+                                         vd_path_ends_in(path, ".glb") ||
+                                         vd_path_ends_in(path, ".vrm")};
     import.scene = aiImportFile(path, aiProcess_Triangulate);
     if (import.scene == NULL) {
         char words[160];

@@ -35,22 +35,11 @@ void vd_model_destroy(vd_model **model_in_out) {
 
 typedef vd_status read_function(vd_model_builder *builder, const char *text, size_t size_bytes);
 
-static bool ends_in(const char *path, const char *ending) {
-    const size_t length = strlen(path), tail = strlen(ending);
-    for (size_t i = 0; i < tail && length >= tail; i++) {
-        const char c = path[length - tail + i];
-        if ((c >= 'A' && c <= 'Z' ? c + 32 : c) != ending[i]) {
-            return false;
-        }
-    }
-    return length >= tail;
-}
-
 static read_function *find_reader(const char *path) {
-    return ends_in(path, ".ply")   ? vd_ply_read
-           : ends_in(path, ".obj") ? vd_obj_read
-           : ends_in(path, ".off") ? vd_off_read
-                                   : NULL;
+    return vd_path_ends_in(path, ".ply")   ? vd_ply_read
+           : vd_path_ends_in(path, ".obj") ? vd_obj_read
+           : vd_path_ends_in(path, ".off") ? vd_off_read
+                                           : NULL;
 }
 
 static vd_status unsupported(const char *path) {

@@ -12,19 +12,6 @@ static char lower(char c) {
     return c >= 'A' && c <= 'Z' ? (char)(c + ('a' - 'A')) : c;
 }
 
-static bool ends_with(const char *name, const char *ending) {
-    size_t n = strlen(name), m = strlen(ending);
-    if (n < m) {
-        return false;
-    }
-    for (size_t i = 0; i < m; i++) {
-        if (lower(name[n - m + i]) != ending[i]) {
-            return false;
-        }
-    }
-    return true;
-}
-
 static bool starts_as_picture(const char *head, size_t size) {
     if (size >= 8 && memcmp(head, "\x89PNG\r\n\x1a\n", 8) == 0) {
         return true;
@@ -63,7 +50,7 @@ vd_dem_format vd_dem_recognize(const void *head, size_t size_bytes, const char *
     if (starts_as_picture(head, size_bytes)) {
         return VD_DEM_PICTURE;
     }
-    if (ends_with(name, ".hgt")) {
+    if (vd_path_ends_in(name, ".hgt")) {
         return VD_DEM_HGT;
     }
     return starts_as_ascii(head, size_bytes) ? VD_DEM_ASCII : VD_DEM_UNKNOWN;
