@@ -2,13 +2,12 @@
 #ifndef VEDUTA_MODEL_PLY_H
 #define VEDUTA_MODEL_PLY_H
 
+#include "core/number.h"
 #include "model/model_build.h"
 #include "model/model_text.h"
 
 #define VD_PLY_MOST_PROPERTIES 64
 #define VD_PLY_MOST_ELEMENTS 32
-
-typedef enum vd_ply_number { I8, U8, I16, U16, I32, U32, F32, F64, TYPE_COUNT } vd_ply_number;
 
 /* What a property is for. */
 typedef enum vd_ply_use {
@@ -34,7 +33,7 @@ typedef enum vd_ply_use {
 typedef struct vd_ply_property {
     vd_ply_use use;
     bool is_list;
-    vd_ply_number count_type, type;
+    vd_number_type count_type, type;
 } vd_ply_property;
 
 typedef enum vd_ply_kind { OTHER = 0, VERTEX, FACE, STRIP, EDGE } vd_ply_kind;

@@ -8,23 +8,6 @@ static vd_status bad_header(const vd_ply *p, const char *what) {
                       p->builder->path, p->text.line, what);
 }
 
-static bool find_type(const char *name, vd_ply_number *out) {
-    static const struct {
-        const char *name;
-        vd_ply_number type;
-    } types[] = {{"char", I8},   {"int8", I8},     {"uchar", U8},   {"uint8", U8},
-                 {"short", I16}, {"int16", I16},   {"ushort", U16}, {"uint16", U16},
-                 {"int", I32},   {"int32", I32},   {"uint", U32},   {"uint32", U32},
-                 {"float", F32}, {"float32", F32}, {"double", F64}, {"float64", F64}};
-    for (size_t i = 0; i < sizeof types / sizeof types[0]; i++) {
-        if (strcmp(name, types[i].name) == 0) {
-            *out = types[i].type;
-            return true;
-        }
-    }
-    return false;
-}
-
 static vd_ply_use find_use(vd_ply_kind kind, const char *name, bool is_list) {
     static const struct {
         vd_ply_kind kind;
@@ -94,7 +77,7 @@ static vd_status read_element(vd_ply *p) {
 
 static vd_status read_property(vd_ply *p) {
     char type[16], count_type[16], name[64];
-    vd_ply_property made = {USE_NONE, false, U8, F32};
+    vd_ply_property made = {USE_NONE, false, VD_NUMBER_U8, VD_NUMBER_F32};
     vd_ply_element *e = p->element_count > 0 ? &p->elements[p->element_count - 1] : NULL;
     if (e == NULL || e->property_count == VD_PLY_MOST_PROPERTIES) {
         return bad_header(p, e == NULL ? "is a property of no element"
@@ -104,10 +87,11 @@ static vd_status read_property(vd_ply *p) {
     made.is_list = right && strcmp(type, "list") == 0;
     if (made.is_list) {
         right = vd_text_word(&p->text, count_type, sizeof count_type) &&
-                find_type(count_type, &made.count_type) && made.count_type < F32 &&
+                vd_number_of_ply(count_type, &made.count_type) && made.count_type < VD_NUMBER_F32 &&
                 vd_text_word(&p->text, type, sizeof type);
     }
-    right = right && find_type(type, &made.type) && vd_text_word(&p->text, name, sizeof name);
+    right =
+        right && vd_number_of_ply(type, &made.type) && vd_text_word(&p->text, name, sizeof name);
     if (!right) {
         return bad_header(p, "is no property with a type and a name");
     }
@@ -122,8 +106,6 @@ static vd_status read_property(vd_ply *p) {
 
 static vd_status read_format(vd_ply *p) {
     char name[32];
-    static const uint16_t one = 1;
-    const bool little = *(const uint8_t *)&one == 1;
     vd_text_word(&p->text, name, sizeof name);
     const bool big_file = strcmp(name, "binary_big_endian") == 0;
     p->ascii = strcmp(name, "ascii") == 0;
@@ -131,7 +113,7 @@ static vd_status read_format(vd_ply *p) {
         return bad_header(p, "names no format that there is (ascii, binary_little_endian or "
                              "binary_big_endian)");
     }
-    p->swapped = !p->ascii && big_file == little;
+    p->swapped = !p->ascii && vd_number_is_swapped(big_file);
     strcpy(p->builder->model->format, p->ascii ? "PLY, ASCII" : "PLY, binary");
     return vd_success();
 }

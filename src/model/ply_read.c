@@ -15,11 +15,8 @@
 #include <string.h>
 #include "model/ply.h"
 
-#define MOST_IN_LIST                                                                               \
-    65536 /* corners of one face; strips may be longer and are read as they come                   \
-           */
-
-static const size_t type_bytes[TYPE_COUNT] = {1, 1, 2, 2, 4, 4, 4, 8};
+/* Corners of one face; strips may be longer and are read as they come. */
+#define MOST_IN_LIST 65536
 
 /* ---- numbers ----------------------------------------------------------------------------------*/
 
@@ -38,51 +35,17 @@ static bool no_memory(const vd_ply *p, const char *what, size_t bytes) {
     return vd_builder_fail(p->builder, vd_out_of_memory(what, bytes));
 }
 
-static inline uint16_t load_16(const vd_ply *p) {
-    uint16_t v;
-    memcpy(&v, p->text.at, sizeof v);
-    return p->swapped ? __builtin_bswap16(v) : v;
-}
-
-static inline uint32_t load_32(const vd_ply *p) {
-    uint32_t v;
-    memcpy(&v, p->text.at, sizeof v);
-    return p->swapped ? __builtin_bswap32(v) : v;
-}
-
-static inline uint64_t load_64(const vd_ply *p) {
-    uint64_t v;
-    memcpy(&v, p->text.at, sizeof v);
-    return p->swapped ? __builtin_bswap64(v) : v;
-}
-
-static inline bool read_binary(vd_ply *p, vd_ply_number type, double *out) {
-    if ((size_t)(p->text.end - p->text.at) < type_bytes[type]) {
+static inline bool read_binary(vd_ply *p, vd_number_type type, double *out) {
+    const int bytes = vd_number_bytes(type);
+    if (p->text.end - p->text.at < bytes) {
         return false;
     }
-    if (type == F32) {
-        const uint32_t bits = load_32(p);
-        float v;
-        memcpy(&v, &bits, sizeof v);
-        *out = (double)v;
-    } else if (type == F64) {
-        const uint64_t bits = load_64(p);
-        memcpy(out, &bits, sizeof *out);
-    } else if (type == I32 || type == U32) {
-        const uint32_t v = load_32(p);
-        *out = type == U32 ? (double)v : (double)(int32_t)v;
-    } else if (type == I16 || type == U16) {
-        const uint16_t v = load_16(p);
-        *out = type == U16 ? (double)v : (double)(int16_t)v;
-    } else {
-        const uint8_t v = (uint8_t)*p->text.at;
-        *out = type == U8 ? (double)v : (double)(int8_t)v;
-    }
-    p->text.at += type_bytes[type];
+    *out = vd_number_read(p->text.at, type, p->swapped);
+    p->text.at += bytes;
     return true;
 }
 
-static inline bool read_number(vd_ply *p, vd_ply_number type, double *out) {
+static inline bool read_number(vd_ply *p, vd_number_type type, double *out) {
     if (!p->ascii) {
         return read_binary(p, type, out);
     }
@@ -100,7 +63,7 @@ static bool read_count(vd_ply *p, const vd_ply_property *q, size_t *out) {
         return bad_element(p, "ends too early");
     }
     const size_t left = (size_t)(p->text.end - p->text.at);
-    const size_t most = p->ascii ? left / 2 + 1 : left / type_bytes[q->type];
+    const size_t most = p->ascii ? left / 2 + 1 : left / (size_t)vd_number_bytes(q->type);
     if (!(count >= 0.0 && count <= (double)most) || count != (double)(size_t)count) {
         return bad_element(p, "has a list longer than the file");
     }
@@ -160,9 +123,9 @@ static bool read_properties(vd_ply *p, const vd_ply_element *e, double values[US
 
 static float linear_channel(const vd_ply_element *e, double v) {
     for (int i = 0; i < e->property_count; i++) {
-        if (e->properties[i].use == USE_RED && e->properties[i].type >= F32) {
+        if (e->properties[i].use == USE_RED && e->properties[i].type >= VD_NUMBER_F32) {
             v *= 255.0;
-        } else if (e->properties[i].use == USE_RED && e->properties[i].type == U16) {
+        } else if (e->properties[i].use == USE_RED && e->properties[i].type == VD_NUMBER_U16) {
             v /= 257.0;
         }
     }
@@ -297,8 +260,9 @@ static inline bool read_plain_triangle(vd_ply *p) {
 static bool has_plain_triangles(const vd_ply *p, const vd_ply_element *e) {
     const vd_ply_property *q = &e->properties[0];
     return e->kind == FACE && !p->ascii && !p->swapped && e->property_count == 1 &&
-           q->use == USE_CORNERS && (q->count_type == U8 || q->count_type == I8) &&
-           (q->type == I32 || q->type == U32);
+           q->use == USE_CORNERS &&
+           (q->count_type == VD_NUMBER_U8 || q->count_type == VD_NUMBER_I8) &&
+           (q->type == VD_NUMBER_I32 || q->type == VD_NUMBER_U32);
 }
 
 /* A run of triangles, each of the last three numbers, every other one turned round; −1 begins a new
@@ -365,7 +329,7 @@ static size_t least_bytes(const vd_ply *p, const vd_ply_element *e) {
     size_t bytes = 0;
     for (int i = 0; i < e->property_count; i++) {
         const vd_ply_property *q = &e->properties[i];
-        bytes += p->ascii ? 2 : type_bytes[q->is_list ? q->count_type : q->type];
+        bytes += p->ascii ? 2 : (size_t)vd_number_bytes(q->is_list ? q->count_type : q->type);
     }
     return bytes;
 }

@@ -130,46 +130,22 @@ size_t vd_input_peek(vd_input *input, uint64_t offset, void *out, size_t bytes) 
     return have;
 }
 
-double vd_number_read(const uint8_t *at, vd_number_type type, bool big_endian) {
-    const uint64_t bits = vd_bytes_u64(at, vd_number_bytes(type), big_endian);
-    switch (type) {
-    case VD_NUMBER_I8:
-        return (int8_t)(uint8_t)bits;
-    case VD_NUMBER_I16:
-        return (int16_t)(uint16_t)bits;
-    case VD_NUMBER_I32:
-        return (int32_t)(uint32_t)bits;
-    case VD_NUMBER_F32: {
-        const uint32_t half = (uint32_t)bits;
-        float value;
-        memcpy(&value, &half, sizeof value);
-        return (double)value;
-    }
-    case VD_NUMBER_F64: {
-        double value;
-        memcpy(&value, &bits, sizeof value);
-        return value;
-    }
-    default:
-        return (double)bits;
-    }
-}
-
 void vd_fields_read(const vd_field *fields, int count, bool big_endian, const uint8_t *at,
                     size_t stride, size_t records, vd_particle_batch *batch) {
     double *const places[3] = {batch->x, batch->y, batch->z};
+    const bool swapped = vd_number_is_swapped(big_endian);
     for (int f = 0; f < count; f++) {
         const vd_field *field = &fields[f];
         const uint8_t *p = at + field->offset;
         if (field->target < 3) {
             double *out = places[field->target] + batch->count;
             for (size_t i = 0; i < records; i++, p += stride) {
-                out[i] = field->scale * vd_number_read(p, field->type, big_endian);
+                out[i] = field->scale * vd_number_read(p, field->type, swapped);
             }
         } else {
             float *out = batch->values[field->target - 3] + batch->count;
             for (size_t i = 0; i < records; i++, p += stride) {
-                out[i] = (float)(field->scale * vd_number_read(p, field->type, big_endian));
+                out[i] = (float)(field->scale * vd_number_read(p, field->type, swapped));
             }
         }
     }

@@ -3,6 +3,7 @@
 #define VEDUTA_SPLAT_SOURCE_INPUT_H
 
 #include <veduta/particle_source.h>
+#include "core/number.h"
 
 #define VD_INPUT_BLOCK_BYTES ((size_t)4 << 20)
 
@@ -52,34 +53,6 @@ VD_MUST_USE vd_status vd_raw_open(vd_context *context, const char *path, vd_inpu
 /* What a name of a column or property usually stands for: the name that attributes of its kind have
  * here ("diffuse_red" is "red"), and the kind. */
 const char *vd_attribute_usual_name(const char *name, vd_attribute_kind *kind);
-
-static inline uint64_t vd_bytes_u64(const uint8_t *p, int bytes, bool big_endian) {
-    uint64_t v = 0;
-    for (int i = 0; i < bytes; i++) {
-        v |= (uint64_t)p[big_endian ? bytes - 1 - i : i] << (8 * i);
-    }
-    return v;
-}
-
-/* Numbers of binary files. */
-typedef enum vd_number_type {
-    VD_NUMBER_I8 = 0,
-    VD_NUMBER_U8,
-    VD_NUMBER_I16,
-    VD_NUMBER_U16,
-    VD_NUMBER_I32,
-    VD_NUMBER_U32,
-    VD_NUMBER_F32,
-    VD_NUMBER_F64,
-    VD_NUMBER_COUNT
-} vd_number_type;
-
-static inline int vd_number_bytes(vd_number_type type) {
-    static const int bytes[VD_NUMBER_COUNT] = {1, 1, 2, 2, 4, 4, 4, 8};
-    return bytes[type];
-}
-
-double vd_number_read(const uint8_t *at, vd_number_type type, bool big_endian);
 
 /* One column of a binary record: where it is, what it is, where it goes. */
 typedef struct vd_field {

@@ -147,12 +147,13 @@ static vd_status read_head(las *l) {
     l->stride = u16(head + 105);
     l->count = u32(head + 107);
     if (head[25] >= 4 && u16(head + 94) >= HEAD_BYTES && got == HEAD_BYTES) {
-        const uint64_t count = vd_bytes_u64(head + 247, 8, false);
+        const uint64_t count = u32(head + 247) | (uint64_t)u32(head + 251) << 32;
         l->count = count != 0 ? count : l->count;
     }
+    const bool swapped = vd_number_is_swapped(false);
     for (int i = 0; i < 3; i++) {
-        l->scale[i] = vd_number_read(head + 131 + 8 * i, VD_NUMBER_F64, false);
-        l->offset[i] = vd_number_read(head + 155 + 8 * i, VD_NUMBER_F64, false);
+        l->scale[i] = vd_number_read(head + 131 + 8 * i, VD_NUMBER_F64, swapped);
+        l->offset[i] = vd_number_read(head + 155 + 8 * i, VD_NUMBER_F64, swapped);
         if (!isfinite(l->scale[i]) || !isfinite(l->offset[i]) || l->scale[i] == 0.0) {
             return bad(l, "a scale or an offset of its coordinates is no number or 0");
         }

@@ -145,19 +145,6 @@ static void ply_close(void *user) {
 
 static const vd_particle_reader reader = {ply_read, ply_rewind, ply_progress, ply_close};
 
-static bool find_type(const char *word, vd_number_type *out) {
-    static const char *const names[VD_NUMBER_COUNT][2] = {
-        {"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
-        {"int", "int32"}, {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
-    for (int t = 0; t < VD_NUMBER_COUNT; t++) {
-        if (strcmp(word, names[t][0]) == 0 || strcmp(word, names[t][1]) == 0) {
-            *out = (vd_number_type)t;
-            return true;
-        }
-    }
-    return false;
-}
-
 static vd_status read_format(ply *p, ply_head *h) {
     char word[32] = "";
     (void)vd_text_word(&h->at, word, sizeof word);
@@ -203,7 +190,7 @@ static vd_status read_property(ply *p, ply_head *h) {
     vd_number_type type = VD_NUMBER_U8;
     (void)vd_text_word(&h->at, word, sizeof word);
     const bool list = strcmp(word, "list") == 0;
-    if (!list && !find_type(word, &type)) {
+    if (!list && !vd_number_of_ply(word, &type)) {
         return bad(p, "a property is of a type that PLY does not have");
     }
     if (list && (h->in_vertex || !h->seen_vertex)) {
