@@ -5,16 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 #include "core/real.h"
-#include "support.h"
-#include <veduta/veduta.h>
-
-static inline double between(uint64_t *random, double low, double high) {
-    return low + (high - low) * test_uniform(random);
-}
-
-static inline int pick(uint64_t *random, int count) {
-    return (int)(test_random(random) % (uint64_t)count);
-}
+#include "lens_support.h"
 
 /* ---- scenes ---------------------------------------------------------------------------------- */
 

@@ -3,15 +3,7 @@
 #include <math.h>
 #include "core/real.h"
 #include "function_texts.h"
-#include <veduta/veduta.h>
-
-static double between(uint64_t *random, double low, double high) {
-    return low + (high - low) * test_uniform(random);
-}
-
-static int pick(uint64_t *random, int count) {
-    return (int)(test_random(random) % (uint64_t)count);
-}
+#include "lens_support.h"
 
 static const char *const texts[] = {
     "h=60*cos(x/40)*sin(y/40); rgb=hsv(h/120,0.6,1)",
@@ -26,32 +18,6 @@ static const char *const texts[] = {
     "h=20*noise(x/3,y/3)+abs(x)*0.05+(x-x)*9", /* looser than it is */
 };
 enum { TEXTS = sizeof texts / sizeof texts[0] };
-
-static vd_frame *draw(vd_context *context, const vd_terrain_def *def, const vd_camera *camera,
-                      int width, int height, vd_frame_stats *stats) {
-    vd_frame *frame = NULL;
-    assert_ok(vd_frame_create(context, width, height, VD_PLANE_DEPTH | VD_PLANE_ID, &frame));
-    assert_ok(vd_terrain_render(context, NULL, def, camera, frame, stats));
-    return frame;
-}
-
-static void assert_same(const vd_frame *a, const vd_frame *b, const char *text, int scene,
-                        const char *name) {
-    for (int y = 0; y < a->height; y++) {
-        for (int x = 0; x < a->width; x++) {
-            const size_t i = (size_t)y * a->stride + (size_t)x;
-            if (memcmp(a->rgba + 4 * i, b->rgba + 4 * i, 4) != 0 ||
-                memcmp(a->depth + i, b->depth + i, 4) != 0 || a->id[i] != b->id[i]) {
-                fail_msg("%s, scene %d, %s, pixel %d, %d: %02x%02x%02x%02x depth %.9g, but "
-                         "%02x%02x%02x%02x depth %.9g",
-                         text, scene, name, x, y, a->rgba[4 * i], a->rgba[4 * i + 1],
-                         a->rgba[4 * i + 2], a->rgba[4 * i + 3], (double)a->depth[i],
-                         b->rgba[4 * i], b->rgba[4 * i + 1], b->rgba[4 * i + 2], b->rgba[4 * i + 3],
-                         (double)b->depth[i]);
-            }
-        }
-    }
-}
 
 static vd_camera camera_at(double x, double y, double z, double heading, double pitch, double fov,
                            int width, int height) {
@@ -143,13 +109,14 @@ static void march_draws_what_raycast_draws(void **state) {
             vd_terrain_def def = random_def(functions[VD_ISA_V2], &colormap, &camera, &random);
             def.method = VD_TERRAIN_RAYCAST;
             vd_frame_stats stats;
-            vd_frame *expected = draw(contexts[VD_ISA_V2], &def, &camera, width, height, &stats);
+            vd_frame *expected =
+                draw_lens(contexts[VD_ISA_V2], &def, &camera, width, height, &stats);
             hits += stats.hits;
             total += stats.samples;
             def.method = VD_TERRAIN_MARCH;
             for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
                 def.function = functions[isa];
-                vd_frame *frame = draw(contexts[isa], &def, &camera, width, height, &stats);
+                vd_frame *frame = draw_lens(contexts[isa], &def, &camera, width, height, &stats);
                 assert_same(expected, frame, chosen, 100 * i + c, vd_isa_name((vd_isa)isa));
                 vd_frame_destroy(&frame);
             }
@@ -184,7 +151,7 @@ static void a_renderer_draws_as_a_new_one(void **state) {
                 camera_at(i * 70.0, i * -30.0, 350.0 + i, i * 0.4, -0.1 - 0.05 * i, 0.9, 120, 80);
             assert_ok(vd_terrain_renderer_draw(renderer, NULL, &camera, frame, NULL));
             if (round == 0) {
-                vd_frame *fresh = draw(context, &def, &camera, 120, 80, NULL);
+                vd_frame *fresh = draw_lens(context, &def, &camera, 120, 80, NULL);
                 assert_same(fresh, frame, texts[1], i, "renderer");
                 vd_frame_destroy(&fresh);
             }
@@ -215,11 +182,11 @@ static void it_is_the_sampled_heightfield(void **state) {
             vd_terrain_def def = vd_terrain_def_default();
             def.mip = def.shadows = false;
             def.heightfield = map;
-            vd_frame *expected = draw(context, &def, &camera, 160, 100, NULL);
+            vd_frame *expected = draw_lens(context, &def, &camera, 160, 100, NULL);
             def.heightfield = NULL;
             def.function = function;
             def.far_m = 3000.0;
-            vd_frame *frame = draw(context, &def, &camera, 160, 100, NULL);
+            vd_frame *frame = draw_lens(context, &def, &camera, 160, 100, NULL);
             int different = 0;
             for (int y = 0; y < 100; y++) {
                 for (int x = 0; x < 160; x++) {
@@ -255,7 +222,7 @@ static void the_horizon_is_far(void **state) {
     def.samples = 1;
     const vd_camera camera = camera_at(0, 0, 100, 0, 0, 0.5, 200, 200);
     vd_frame_stats stats;
-    vd_frame *frame = draw(context, &def, &camera, 200, 200, &stats);
+    vd_frame *frame = draw_lens(context, &def, &camera, 200, 200, &stats);
     for (int y = 0; y < 200; y++) {
         const double rise = (100.0 - (y + 0.5)) / camera.lens.fy;
         const double z = vd_camera_distance(&camera, frame->depth[(size_t)y * frame->stride + 100]);
@@ -269,7 +236,7 @@ static void the_horizon_is_far(void **state) {
     }
     vd_frame_destroy(&frame);
     def.far_m = 50000.0;
-    frame = draw(context, &def, &camera, 200, 200, &stats);
+    frame = draw_lens(context, &def, &camera, 200, 200, &stats);
     assert_true(frame->depth[90 * frame->stride + 100] == 0.0f);
     vd_frame_destroy(&frame);
     vd_function_destroy(context, &function);
@@ -307,7 +274,7 @@ static void loose_bounds_draw_the_same(void **state) {
         def.function = function;
         def.far_m = 4000.0;
         const vd_camera camera = camera_at(50, -900, 90, 0.1, -0.05, 0.8, 160, 100);
-        frames[i] = draw(context, &def, &camera, 160, 100, NULL);
+        frames[i] = draw_lens(context, &def, &camera, 160, 100, NULL);
         vd_function_destroy(context, &function);
     }
     int different = 0;
@@ -370,7 +337,7 @@ static void a_cancelled_job_stops(void **state) {
                          VD_ERROR_CANCELLED);
         vd_job_reset(job);
         assert_ok(vd_terrain_renderer_draw(renderer, job, &camera, frame, NULL));
-        expected = draw(context, &def, &camera, 80, 60, NULL);
+        expected = draw_lens(context, &def, &camera, 80, 60, NULL);
         assert_same(expected, frame, texts[1], 0, "after a cancelled job");
         vd_frame_destroy(&expected);
         vd_frame_destroy(&frame);
