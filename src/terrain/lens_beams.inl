@@ -124,9 +124,12 @@ static inline i32 clamp_i32(i32 v, i32 last) {
     return vd_wide_max_i32(vd_wide_min_i32(v, last), vd_wide_splat_i32(0));
 }
 
+/* Of the blocks that beams are first held against. */
+#define AIM_LEVEL 4
+
 /* Moves the beams of `going` through a slab until two by two blocks of about their width are not
  * under them. Lanes that come out of the slab stay in `going`. */
-static inline void run_beams(const vd_lens_slab *slab, beams *b, mask *going, int start_level) {
+static inline void run_beams(const vd_lens_slab *slab, beams *b, mask *going) {
     const vd_lens_ground *g = slab->ground;
     const f32 end = vd_wide_min_f32(b->hi, vd_wide_splat_f32(slab->end));
     b->s = vd_wide_blend_f32(*going, vd_wide_max_f32(b->s, vd_wide_splat_f32(slab->begin)), b->s);
@@ -134,7 +137,7 @@ static inline void run_beams(const vd_lens_slab *slab, beams *b, mask *going, in
         make_span(b->u0, b->u1, b->ut0, b->ut1, slab->shift_u, slab->scale, slab->column);
     const span v = make_span(b->v0, b->v1, b->vt0, b->vt1, slab->shift_v, slab->scale, slab->row);
     const i32 top = vd_wide_splat_i32(g->top), one = vd_wide_splat_i32(1);
-    i32 level = vd_wide_splat_i32(g->top < start_level ? g->top : start_level);
+    i32 level = vd_wide_splat_i32(g->top < AIM_LEVEL ? g->top : AIM_LEVEL);
     mask here = *going & vd_wide_less_f32(b->s, end);
     if (g->top == 0) {
         *going &= vd_wide_not(here);
@@ -193,7 +196,7 @@ static inline void aim_beams(const vd_lens_view *view, mask active, beams *b) {
     mask going = active & vd_wide_less_f32(b->s, b->hi);
     const mask misses = vd_wide_not(going);
     for (int n = 0; n < view->slabs && vd_wide_bits(going) != 0; n++) {
-        run_beams(&view->slab[n], b, &going, 4);
+        run_beams(&view->slab[n], b, &going);
     }
     b->s = vd_wide_blend_f32(going | misses, vd_wide_splat_f32(INFINITY), b->s);
 }

@@ -87,6 +87,14 @@ static inline void put_block(const vd_lens_picture *picture, int x, int y, const
     }
 }
 
+/* The rays of a packet whose positions and active lanes are set; none has hit yet. */
+static inline void begin_packet(const vd_lens_view *view, packet *p) {
+    make_rays(view, p->x, p->y, &p->r);
+    p->alive = p->active & vd_wide_less_f32(p->r.lo, p->r.hi);
+    p->hits = p->active & vd_wide_not(p->active);
+    p->s_hit = vd_wide_splat_f32(0.0f);
+}
+
 /* The packets of a square of pixels, those of a block of it one after the other. */
 static inline void make_packets(const vd_lens_picture *picture, int x, int y, packet *p) {
     const f32 width = vd_wide_splat_f32((float)picture->frame->width);
@@ -98,20 +106,15 @@ static inline void make_packets(const vd_lens_picture *picture, int x, int y, pa
         p->x = vd_wide_load_f32(block_x + first) + left;
         p->y = vd_wide_load_f32(block_y + first) + top;
         p->active = vd_wide_less_f32(p->x, width) & vd_wide_less_f32(p->y, height);
-        make_rays(picture->view, p->x, p->y, &p->r);
-        p->alive = p->active & vd_wide_less_f32(p->r.lo, p->r.hi);
-        p->hits = p->active & vd_wide_not(p->active);
-        p->s_hit = vd_wide_splat_f32(0.0f);
+        begin_packet(picture->view, p);
     }
 }
 
 static inline void shade_packet(const vd_lens_view *view, const packet *p, uint32_t *color,
-                                float *depth, vd_lens_counts *counts) {
+                                float *depth) {
     i32 colors;
     f32 depths;
     shade(view, &p->r, p->active, p->hits, p->x, p->y, p->s_hit, &colors, &depths);
-    counts->samples += (uint64_t)__builtin_popcount(vd_wide_bits(p->active));
-    counts->hits += (uint64_t)__builtin_popcount(vd_wide_bits(p->hits));
     memcpy(color, &colors, sizeof colors);
     memcpy(depth, &depths, sizeof depths);
 }
@@ -198,8 +201,10 @@ static inline void draw_square(const vd_lens_picture *picture, tile *t, int squa
             uint32_t color[BLOCK * BLOCK];
             float depth[BLOCK * BLOCK];
             for (int at = 0; at < PACKETS; at++) {
-                shade_packet(picture->view, p + b * PACKETS + at, color + at * LANES,
-                             depth + at * LANES, counts);
+                const packet *q = p + b * PACKETS + at;
+                shade_packet(picture->view, q, color + at * LANES, depth + at * LANES);
+                counts->samples += (uint64_t)__builtin_popcount(vd_wide_bits(q->active));
+                counts->hits += (uint64_t)__builtin_popcount(vd_wide_bits(q->hits));
             }
             put_block(picture, left, top, color, depth);
         }
@@ -340,11 +345,8 @@ static inline int make_samples(const vd_lens_view *view, int x, int y, const uin
             p->x[lane] = (float)(x + pixel % BLOCK) + offsets[sample % samples][0];
             p->y[lane] = (float)(y + pixel / BLOCK) + offsets[sample % samples][1];
         }
-        make_rays(view, p->x, p->y, &p->r);
         p->active = vd_wide_equal_i32(vd_wide_splat_i32(0), vd_wide_splat_i32(0));
-        p->alive = vd_wide_less_f32(p->r.lo, p->r.hi);
-        p->hits = vd_wide_not(p->active);
-        p->s_hit = vd_wide_splat_f32(0.0f);
+        begin_packet(view, p);
     }
     return made;
 }
@@ -394,9 +396,8 @@ static inline void refine_block(const vd_lens_picture *picture, const tile_beams
     }
     uint32_t color[MOST];
     float depth[MOST];
-    vd_lens_counts unused = {0, 0};
     for (int at = 0; at < packets; at++) {
-        shade_packet(view, p + at, color + at * LANES, depth + at * LANES, &unused);
+        shade_packet(view, p + at, color + at * LANES, depth + at * LANES);
     }
     for (int i = 0; i < count; i++) {
         put_mean(picture, x + pixels[i] % BLOCK, y + pixels[i] / BLOCK, color + i * view->samples,
