@@ -1,4 +1,5 @@
 /* Terrain and meshes in one target, sample by sample, against rays. */
+#include "image/image.h"
 #include "raster_scenes.h"
 
 enum { WIDTH = 120, HEIGHT = 90, CELLS = 65 };
@@ -126,8 +127,8 @@ static vd_target *draw_both(int threads, vd_isa isa, const vd_camera *camera, in
     vd_raster_def def = vd_raster_def_default();
     def.samples = samples;
     assert_int_equal(frame->object_count, 1);
-    frame->object_ids[1] = 70; /* the same ids in either order */
-    frame->object_count = 2;
+    uint32_t first = 0;
+    assert_ok(vd_frame_add_object(frame, 70, &first)); /* the same ids in either order */
     assert_ok(vd_raster_prepare(raster, NULL, &def, camera, &draw, 1, frame));
     for (int y = 0; y < HEIGHT; y += 50) {
         for (int x = 0; x < WIDTH; x += 70) {

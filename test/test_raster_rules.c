@@ -180,10 +180,11 @@ static void huge_pictures_agree(void **state) {
         vd_raster *raster = NULL;
         assert_ok(vd_raster_create(context, &raster));
         assert_ok(vd_target_create(context, 96, 96, 1, &targets[i]));
-        vd_frame picture = {.width = SIZE, .height = SIZE, .object_count = 1};
+        vd_frame *picture = NULL;
+        assert_ok(vd_frame_create(context, SIZE, SIZE, 0, &picture));
         vd_raster_def def = vd_raster_def_default();
         def.method = i == 0 ? VD_RASTER_REFERENCE : VD_RASTER_TILED;
-        assert_ok(vd_raster_prepare(raster, NULL, &def, &camera, &draw, 1, &picture));
+        assert_ok(vd_raster_prepare(raster, NULL, &def, &camera, &draw, 1, picture));
         vd_target_clear(targets[i], (uint16_t[4]){0, 0, 0, 0});
         vd_target *t = targets[i];
         for (int corner = 0; corner < 4; corner++) { /* one over the other, by depth */
@@ -192,6 +193,7 @@ static void huge_pictures_agree(void **state) {
             vd_raster_draw(raster, t, 0);
         }
         vd_raster_destroy(&raster);
+        vd_frame_destroy(&picture);
     }
     assert_memory_equal(targets[0]->depth, targets[1]->depth, targets[0]->plane * 4);
     assert_memory_equal(targets[0]->id, targets[1]->id, targets[0]->plane * 4);

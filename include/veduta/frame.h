@@ -27,12 +27,15 @@ enum {
 typedef struct vd_frame {
     vd_context *context;
     int width, height;
-    size_t stride;           /* pixels from one row to the next, in all planes */
-    uint8_t *rgba;           /* never null */
-    float *depth;            /* null unless asked for */
-    uint32_t *id;            /* null unless asked for */
-    uint64_t object_ids[16]; /* 64-bit object id of each frame id; entry 0 is 0: nothing */
-    int object_count;        /* entries in use, at least 1 */
+    size_t stride;        /* pixels from one row to the next, in all planes */
+    uint8_t *rgba;        /* never null */
+    float *depth;         /* null unless asked for */
+    uint32_t *id;         /* null unless asked for */
+    uint64_t *object_ids; /* 64-bit object id of each frame id; entry 0 is 0: nothing */
+    int object_count;     /* entries in use, at least 1 */
+    int object_capacity;  /* entries there are; more are made when they are needed */
+    uint32_t
+        *object_slots; /* [2 × object_capacity]: frame ids by a hash of the object's; 0: free */
 } vd_frame;
 
 /* Creates a frame with the planes named in `planes` (VD_PLANE_ bits; colour always), cleared to

@@ -167,8 +167,6 @@ vd_status vd_frame_save_depth(const vd_frame *frame, double near_m, double far_m
 
 /* ---- ids ----------------------------------------------------------------------------------- */
 
-#define ID_ENTRIES (sizeof((vd_frame *)0)->object_ids / sizeof(uint64_t))
-
 static void id_row(const void *user, int y, void *row) {
     const vd_frame *frame = user;
     const uint32_t *in = frame->id + (size_t)y * frame->stride;
@@ -198,24 +196,38 @@ static vd_status check_ids(const vd_frame *frame, const char *path) {
     return vd_success();
 }
 
+/* What a PNG keeps of one object: its frame id and its own. */
+typedef struct id_text {
+    char keyword[32], value[32];
+} id_text;
+
 vd_status vd_frame_save_ids(const vd_frame *frame, const char *path) {
     vd_status status = check_ids(frame, path);
     if (status.code != VD_OK) {
         return status;
     }
-    char keywords[ID_ENTRIES][32], values[ID_ENTRIES][32];
-    vd_picture_text text[ID_ENTRIES];
-    int count = 0;
-    for (int i = 1; i < frame->object_count && i < (int)ID_ENTRIES; i++, count++) {
-        snprintf(keywords[count], sizeof keywords[count], "veduta:id %d", i);
-        snprintf(values[count], sizeof values[count], "%llu",
-                 (unsigned long long)frame->object_ids[i]);
-        text[count].keyword = keywords[count];
-        text[count].text = values[count];
+    const size_t count = (size_t)frame->object_count - 1;
+    id_text *entries = vd_allocate(frame->context, count, sizeof *entries);
+    vd_picture_text *text = vd_allocate(frame->context, count, sizeof *text);
+    if (entries == NULL || text == NULL) {
+        status = vd_out_of_memory("the objects' names", count * sizeof *entries);
     }
-    vd_png_def def = vd_png_def_default();
-    def.text = text;
-    def.text_count = count;
-    const vd_png_source png = {frame->context, frame->width, frame->height, 1, 16, id_row, frame};
-    return vd_png_write(&png, path, &def);
+    for (size_t i = 0; i < count && status.code == VD_OK; i++) {
+        snprintf(entries[i].keyword, sizeof entries[i].keyword, "veduta:id %zu", i + 1);
+        snprintf(entries[i].value, sizeof entries[i].value, "%llu",
+                 (unsigned long long)frame->object_ids[i + 1]);
+        text[i].keyword = entries[i].keyword;
+        text[i].text = entries[i].value;
+    }
+    if (status.code == VD_OK) {
+        vd_png_def def = vd_png_def_default();
+        def.text = text;
+        def.text_count = (int)count;
+        const vd_png_source png = {frame->context, frame->width, frame->height, 1, 16,
+                                   id_row,         frame};
+        status = vd_png_write(&png, path, &def);
+    }
+    vd_release(frame->context, text);
+    vd_release(frame->context, entries);
+    return status;
 }

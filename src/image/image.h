@@ -16,8 +16,11 @@ VD_MUST_USE vd_status vd_check_size(const char *what, int width, int height);
 VD_MUST_USE vd_status vd_check_file_size(const char *name, uint64_t width, uint64_t height);
 
 /* Gives the index of an object id in the frame's table, adding it if need be. Returns
- * VD_ERROR_LIMIT when the table is full. */
+ * VD_ERROR_LIMIT (2^24 objects) or VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_frame_add_object(vd_frame *frame, uint64_t object_id, uint32_t *out);
+
+/* Empties the table, for a new picture whose ids do not hang on those before. */
+void vd_frame_forget_objects(vd_frame *frame);
 
 /* Readers of one format each: status as vd_picture_decode. */
 bool vd_png_matches(const void *data, size_t size_bytes);

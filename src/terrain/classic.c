@@ -6,6 +6,7 @@
 #include <veduta/target.h>
 #include "core/core.h"
 #include "core/real.h"
+#include "image/image.h"
 #include "terrain/classic_internal.h"
 
 #define MAX_SLICES ((uint64_t)INT32_MAX)
@@ -213,9 +214,10 @@ static void set_directions(const vd_classic_def *def, int width, float shift, fl
 }
 
 void vd_classic_set_objects(vd_frame *frame) {
-    frame->object_ids[0] = 0;
-    frame->object_ids[1] = 1;
-    frame->object_count = 2;
+    uint32_t id;
+    vd_frame_forget_objects(frame);
+    const vd_status status = vd_frame_add_object(frame, 1, &id);
+    (void)status; /* the table always has room for one */
 }
 
 void vd_classic_clear(vd_frame *frame, vd_rgba8 background) {
