@@ -44,6 +44,15 @@ static inline vd_vec3 vd_vec3_cross(vd_vec3 a, vd_vec3 b) {
     return vd_vec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 
+/* The least and the greatest of each coordinate. */
+static inline vd_vec3 vd_vec3_min(vd_vec3 a, vd_vec3 b) {
+    return vd_vec3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static inline vd_vec3 vd_vec3_max(vd_vec3 a, vd_vec3 b) {
+    return vd_vec3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
 /* Returns the Euclidean length, in the vector's own unit. */
 VD_API double vd_vec3_length(vd_vec3 a);
 

@@ -21,6 +21,7 @@
 #include <veduta/matrix.h>
 #include <veduta/mesh.h>
 #include <veduta/model.h>
+#include <veduta/object.h>
 #include <veduta/particle_source.h>
 #include <veduta/particles.h>
 #include <veduta/picture.h>
@@ -33,5 +34,6 @@
 #include <veduta/terrain.h>
 #include <veduta/texture.h>
 #include <veduta/vector.h>
+#include <veduta/world.h>
 
 #endif

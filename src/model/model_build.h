@@ -9,6 +9,7 @@
 
 #include <veduta/model.h>
 #include "core/core.h"
+#include "core/list.h"
 
 /* Coordinates beyond this are refused: no float can tell the neighbours of such places apart, and
  * no camera stands there (the program's --eye ends here too). */
@@ -18,26 +19,6 @@
 #define VD_MODEL_MAX_COUNT ((size_t)VD_MESH_MAX_VERTICES)
 
 #define VD_NO_INDEX UINT32_MAX
-
-/* A growing array. */
-typedef struct vd_list {
-    void *data;
-    size_t count, capacity; /* elements */
-} vd_list;
-
-/* Makes room for `count` more elements of `size_bytes` each and returns the first of them; null
- * when memory is out. The list counts them as there. */
-VD_MUST_USE void *vd_list_grow(vd_context *context, vd_list *list, size_t count, size_t size_bytes);
-
-static inline void *vd_list_add(vd_context *context, vd_list *list, size_t count,
-                                size_t size_bytes) {
-    if (list->capacity - list->count >= count && list->data != NULL) {
-        void *at = (char *)list->data + list->count * size_bytes;
-        list->count += count;
-        return at;
-    }
-    return vd_list_grow(context, list, count, size_bytes);
-}
 
 /* Which numbers a corner has beside its position's. */
 typedef enum vd_by { VD_BY_NONE = 0, VD_BY_POSITION, VD_BY_CORNER } vd_by;

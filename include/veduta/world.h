@@ -1,0 +1,148 @@
+/* world.h: objects, terrain, light and sky as one thing that is drawn into one frame.
+ *
+ *     status = vd_world_create(context, &def, &world);
+ *     status = vd_world_add_model(world, model, &number);
+ *     status = vd_instance_create(context, &instance, &object);
+ *     status = vd_world_add(world, &object);
+ *     status = vd_world_arrange(world, NULL);
+ *     status = vd_world_renderer_create(context, NULL, world, NULL, &renderer);
+ *     status = vd_world_renderer_draw(renderer, NULL, &camera, frame, NULL);
+ *
+ * Terrain, triangles, sprites and lines are composited sample by sample by depth; names and what
+ * else lies over a map are drawn over the finished picture. Objects outside the picture or behind
+ * the terrain's horizon cost a test of the group that they stand in.
+ */
+#ifndef VEDUTA_WORLD_H
+#define VEDUTA_WORLD_H
+
+#include <veduta/model.h>
+#include <veduta/object.h>
+#include <veduta/terrain.h>
+
+VD_BEGIN_DECLARATIONS
+
+typedef struct vd_world vd_world;
+
+/* ---- the world ------------------------------------------------------------------------------ */
+
+typedef struct vd_world_def {
+    /* Terrain, light, sky, haze, exaggeration, curvature. Neither a heightfield nor a function: no
+     * terrain, the sky all around. What it points to is not owned and must outlive the world. */
+    vd_terrain_def terrain;
+} vd_world_def;
+
+/* vd_terrain_def_default(). */
+VD_API vd_world_def vd_world_def_default(void);
+
+/* *out is owned by the caller. Returns VD_ERROR_ARGUMENT (names the field) or VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_world_create(vd_context *context, const vd_world_def *def,
+                                             vd_world **out);
+VD_API void vd_world_destroy(vd_world **world);
+
+/* Adds an asset and gives its number. A model is taken over on success (*model becomes null); a
+ * picture is copied. Returns VD_ERROR_LIMIT (2^20 assets, a side above 16384) or VD_ERROR_MEMORY.
+ */
+VD_API VD_MUST_USE vd_status vd_world_add_model(vd_world *world, vd_model **model,
+                                                uint32_t *number);
+VD_API VD_MUST_USE vd_status vd_world_add_picture(vd_world *world, const vd_picture *picture,
+                                                  uint32_t *number);
+
+/* Adds a placed object, taken over on success (*object becomes null). It is shown once the world is
+ * arranged. Returns VD_ERROR_ARGUMENT (an asset that is not there or of the wrong sort),
+ * VD_ERROR_LIMIT (2^24 objects) or VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_world_add(vd_world *world, vd_object **object);
+
+/* Makes the tree anew: objects that stand together come under one group, groups under groups, 16
+ * and fewer to each; gives ids. The same objects added in the same order give the same tree. Cost:
+ * O(n log n). Returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
+VD_API VD_MUST_USE vd_status vd_world_arrange(vd_world *world, vd_job *job);
+
+/* ---- its tree ------------------------------------------------------------------------------- */
+
+/* Number of placed objects, without groups. */
+VD_API size_t vd_world_object_count(const vd_world *world);
+
+/* Returns an object by its id, null when there is none; it lives until the next arranging. */
+VD_API const vd_object *vd_world_find(const vd_world *world, uint64_t id);
+
+/* Number of children; those of the root for id 0. */
+VD_API int vd_world_child_count(const vd_world *world, uint64_t id);
+
+/* Bounds of everything but the terrain, metres; false when there is nothing. */
+VD_API bool vd_world_bounds(const vd_world *world, vd_vec3 *min, vd_vec3 *max);
+
+/* Height of the ground at a place as it is drawn (exaggerated), metres; −infinity where there is
+ * none. Of a function: its value there. */
+VD_API double vd_world_ground(const vd_world *world, double x, double y);
+
+VD_API const vd_world_def *vd_world_look(const vd_world *world);
+
+/* ---- drawing it ----------------------------------------------------------------------------- */
+
+typedef struct vd_world_renderer vd_world_renderer;
+
+/* What lies over a picture, made for each picture by the caller: map furniture. Layers are drawn in
+ * order over the frame; labels keep out of the `kept` rectangles. What is given must live until
+ * the picture is drawn. */
+typedef struct vd_overlay {
+    const vd_layer *layers;
+    size_t layer_count;
+    const float (*kept)[4]; /* [kept_count]: x0, y0, x1, y1, pixels */
+    size_t kept_count;
+} vd_overlay;
+
+typedef vd_status vd_overlay_function(void *user, const vd_camera *camera, int width, int height,
+                                      vd_overlay *out);
+
+typedef struct vd_world_renderer_def {
+    int samples; /* 1, 4, 8 a pixel; 0: the terrain's */
+    bool hide_labels;
+    vd_overlay_function *overlay; /* null: none */
+    void *overlay_user;
+} vd_world_renderer_def;
+
+VD_API vd_world_renderer_def vd_world_renderer_def_default(void);
+
+typedef struct vd_world_stats {
+    vd_frame_stats terrain;
+    uint64_t objects, drawn;  /* placed ones, and those that were neither culled nor too small */
+    uint64_t outside, hidden; /* culled by the frustum; by the horizon */
+    uint64_t too_small;       /* nothing of them reaches a sixteenth of a pixel */
+    uint64_t triangles;       /* given to the rasterizer */
+    uint64_t labels, labels_shown;
+    double prepare_s, ground_s, objects_s, finish_s; /* wall seconds of the stages */
+} vd_world_stats;
+
+/* Creates a renderer of an arranged world, which must outlive it unchanged; `def` may be null.
+ * Cost: vd_terrain_renderer_create, shadows. Returns VD_ERROR_ARGUMENT, VD_ERROR_MEMORY or
+ * VD_ERROR_CANCELLED. */
+VD_API VD_MUST_USE vd_status vd_world_renderer_create(vd_context *context, vd_job *job,
+                                                      const vd_world *world,
+                                                      const vd_world_renderer_def *def,
+                                                      vd_world_renderer **out);
+VD_API void vd_world_renderer_destroy(vd_world_renderer **renderer);
+
+/* Draws a picture of everything into the frame (all planes it has). A second picture like the first
+ * allocates nothing. `job` and `stats` may be null. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT,
+ * VD_ERROR_MEMORY or VD_ERROR_CANCELLED (the frame then holds part of a picture). */
+VD_API VD_MUST_USE vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job,
+                                                    const vd_camera *camera, vd_frame *frame,
+                                                    vd_world_stats *stats);
+
+/* Draws what stands at and below one id alone, over transparent black: what an impostor shows. */
+VD_API VD_MUST_USE vd_status vd_world_renderer_draw_object(vd_world_renderer *renderer, vd_job *job,
+                                                           const vd_camera *camera, uint64_t id,
+                                                           vd_frame *frame, vd_world_stats *stats);
+
+/* Changes the light: a sun that moves. Cost: vd_terrain_renderer_light, and the shadows of all
+ * objects. */
+VD_API VD_MUST_USE vd_status vd_world_renderer_light(vd_world_renderer *renderer, vd_job *job,
+                                                     const vd_light *light);
+
+/* Changes samples a pixel, from the next picture on: 1, 4 or 8. */
+VD_API VD_MUST_USE vd_status vd_world_renderer_set_samples(vd_world_renderer *renderer,
+                                                           int samples);
+
+VD_END_DECLARATIONS
+
+#endif

@@ -1,0 +1,181 @@
+/* world_renderer.c: pictures of a world. */
+#include <math.h>
+#include "core/core.h"
+#include "image/image.h"
+#include "terrain/lens_renderer.h"
+#include "world/world_renderer.h"
+
+vd_world_renderer_def vd_world_renderer_def_default(void) {
+    vd_world_renderer_def def = {.samples = 0};
+    return def;
+}
+
+static vd_status check_samples(int samples) {
+    return vd_sample_offsets(samples) != NULL
+               ? vd_success()
+               : vd_failure(VD_ERROR_ARGUMENT,
+                            "a world cannot be drawn with %d samples a pixel; give 1, 4 or 8",
+                            samples);
+}
+
+static bool any_label(const vd_world *world) {
+    bool any = false;
+    for (size_t i = 0; i < world->entry_list.count && !any; i++) {
+        any = world->entries[i].object->kind == VD_OBJECT_LABEL;
+    }
+    return any;
+}
+
+vd_status vd_world_renderer_create(vd_context *context, vd_job *job, const vd_world *world,
+                                   const vd_world_renderer_def *def, vd_world_renderer **out) {
+    if (world->nodes == NULL) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "a world must be arranged before it is drawn; call vd_world_arrange");
+    }
+    vd_world_renderer *renderer = vd_allocate_zero(context, 1, sizeof *renderer);
+    if (renderer == NULL) {
+        return vd_out_of_memory("a world's renderer", sizeof *renderer);
+    }
+    renderer->context = context;
+    renderer->world = world;
+    renderer->def = def != NULL ? *def : vd_world_renderer_def_default();
+    renderer->samples =
+        renderer->def.samples != 0 ? renderer->def.samples : world->def.terrain.samples;
+    renderer->light = world->def.terrain.light;
+    renderer->has_labels = !renderer->def.hide_labels && any_label(world);
+    vd_terrain_def terrain = world->def.terrain;
+    terrain.samples = renderer->samples;
+    terrain.object_id = vd_object_child_id(0, 1);
+    vd_status status = check_samples(renderer->samples);
+    if (status.code == VD_OK) {
+        status = vd_terrain_renderer_create(context, job, &terrain, &renderer->ground);
+    }
+    if (status.code == VD_OK) {
+        status = vd_raster_create(context, &renderer->raster);
+    }
+    if (status.code == VD_OK) {
+        status = vd_coverage_create(context, &renderer->coverage);
+    }
+    if (status.code != VD_OK) {
+        vd_world_renderer_destroy(&renderer);
+        return status;
+    }
+    *out = renderer;
+    return status;
+}
+
+void vd_world_renderer_destroy(vd_world_renderer **renderer_pointer) {
+    vd_world_renderer *renderer = renderer_pointer != NULL ? *renderer_pointer : NULL;
+    if (renderer == NULL) {
+        return;
+    }
+    vd_target_destroy(&renderer->target);
+    vd_coverage_destroy(&renderer->coverage);
+    vd_raster_destroy(&renderer->raster);
+    vd_terrain_renderer_destroy(&renderer->ground);
+    vd_release(renderer->context, renderer->draws.data);
+    vd_release(renderer->context, renderer->labels.data);
+    vd_release(renderer->context, renderer);
+    *renderer_pointer = NULL;
+}
+
+vd_status vd_world_renderer_light(vd_world_renderer *renderer, vd_job *job, const vd_light *light) {
+    const vd_status status = vd_terrain_renderer_light(renderer->ground, job, light);
+    if (status.code == VD_OK) {
+        renderer->light = *light;
+    }
+    return status;
+}
+
+vd_status vd_world_renderer_set_samples(vd_world_renderer *renderer, int samples) {
+    const vd_status status = check_samples(samples);
+    if (status.code == VD_OK) {
+        renderer->samples = renderer->ground->def.samples = samples;
+    }
+    return status;
+}
+
+/* What does not hang on the tree: where lines are seen from, light. */
+static void aim(vd_world_renderer *renderer, vd_pass *pass) {
+    const bool flat = !renderer->world->def.terrain.curvature;
+    pass->drop_per_m2 = flat ? 0.0 : vd_curvature_drop(1.0);
+    renderer->lines = (vd_line_view){
+        .eye = pass->camera->eye, .drop_per_m2 = pass->drop_per_m2, .nearer = 1.0f + 0x1p-9f};
+    pass->lines = &renderer->lines;
+}
+
+static vd_status draw(vd_world_renderer *renderer, vd_job *job, vd_pass *pass, const vd_node *from,
+                      vd_frame *frame) {
+    vd_status status = vd_camera_validate(pass->camera);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const uint64_t start = vd_clock_ns();
+    vd_frame_forget_objects(frame);
+    renderer->draws.count = renderer->labels.count = 0;
+    aim(renderer, pass);
+    status = vd_world_gather(renderer, pass, from);
+    if (from == renderer->world->nodes) {
+        pass->ground = true; /* without a terrain it is the sky */
+    }
+    pass->stats->prepare_s = 1e-9 * (double)(vd_clock_ns() - start);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    if (renderer->draws.count == 0 && pass->ground) {
+        const uint64_t ground = vd_clock_ns();
+        status = vd_terrain_renderer_draw(renderer->ground, job, pass->camera, frame,
+                                          &pass->stats->terrain);
+        pass->stats->ground_s = 1e-9 * (double)(vd_clock_ns() - ground);
+    } else {
+        status = vd_world_composite(renderer, job, pass, frame);
+    }
+    return status;
+}
+
+vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
+                                 vd_frame *frame, vd_world_stats *stats) {
+    vd_world_stats own = {.objects = 0};
+    vd_pass pass = {.context = renderer->context,
+                    .world = renderer->world,
+                    .camera = camera,
+                    .width = frame->width,
+                    .height = frame->height,
+                    .draws = &renderer->draws,
+                    .labels = &renderer->labels,
+                    .stats = &own};
+    const vd_status status = draw(renderer, job, &pass, renderer->world->nodes, frame);
+    if (stats != NULL) {
+        *stats = own;
+    }
+    return status;
+}
+
+vd_status vd_world_renderer_draw_object(vd_world_renderer *renderer, vd_job *job,
+                                        const vd_camera *camera, uint64_t id, vd_frame *frame,
+                                        vd_world_stats *stats) {
+    const vd_node *from = vd_world_node(renderer->world, id);
+    if (from == NULL) {
+        return vd_failure(VD_ERROR_ARGUMENT, "there is no object %016llx in the world",
+                          (unsigned long long)id);
+    }
+    vd_world_stats own = {.objects = 0};
+    vd_pass pass = {.context = renderer->context,
+                    .world = renderer->world,
+                    .camera = camera,
+                    .width = frame->width,
+                    .height = frame->height,
+                    .draws = &renderer->draws,
+                    .labels = &renderer->labels,
+                    .stats = &own};
+    vd_terrain_def *look = &renderer->ground->def;
+    const vd_terrain_def kept = *look;
+    look->sky = false;
+    look->background = (vd_rgba8){0, 0, 0, 0};
+    const vd_status status = draw(renderer, job, &pass, from, frame);
+    *look = kept;
+    if (stats != NULL) {
+        *stats = own;
+    }
+    return status;
+}

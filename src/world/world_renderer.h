@@ -1,0 +1,31 @@
+/* world_renderer.h: the insides of a vd_world_renderer. */
+#ifndef VEDUTA_WORLD_WORLD_RENDERER_H
+#define VEDUTA_WORLD_WORLD_RENDERER_H
+
+#include "world/world_internal.h"
+
+struct vd_world_renderer {
+    vd_context *context;
+    const vd_world *world;
+    vd_world_renderer_def def;
+    vd_light light;
+    int samples;
+    vd_terrain_renderer *ground;
+    vd_raster *raster;
+    vd_coverage *coverage;
+    vd_list draws, labels; /* of the last picture */
+    bool has_labels;
+    vd_target *target; /* a band of the picture */
+    int band_width, band_rows;
+    vd_line_view lines;
+};
+
+/* Walks the tree below a node and gathers what may be seen. Returns VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass,
+                                      const vd_node *from);
+
+/* Draws what was gathered into the frame, by bands of a target. */
+VD_MUST_USE vd_status vd_world_composite(vd_world_renderer *renderer, vd_job *job,
+                                         const vd_pass *pass, vd_frame *frame);
+
+#endif

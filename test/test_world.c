@@ -1,0 +1,280 @@
+/* A world's tree, and its pictures. */
+#include <math.h>
+#include <veduta/veduta.h>
+#include "raster_scenes.h"
+
+enum { WIDTH = 150, HEIGHT = 110, CELLS = 129 };
+
+/* ---- ids --------------------------------------------------------------------------------------*/
+
+static void ids_are_paths(void **state) {
+    (void)state;
+    const uint64_t a = vd_object_child_id(0, 1), b = vd_object_child_id(a, 255);
+    assert_true(a == (uint64_t)1 << 56 && b == ((uint64_t)1 << 56 | (uint64_t)255 << 48));
+    assert_true(vd_object_parent_id(b) == a && vd_object_parent_id(a) == 0);
+    assert_int_equal(vd_object_depth(0), 0);
+    assert_int_equal(vd_object_depth(b), 2);
+    assert_true(vd_object_is_within(b, a) && vd_object_is_within(b, 0) &&
+                vd_object_is_within(a, a));
+    assert_false(vd_object_is_within(a, b) || vd_object_is_within(vd_object_child_id(0, 2), a));
+    uint64_t deep = 0;
+    for (int i = 0; i < VD_OBJECT_MAX_DEPTH; i++) {
+        deep = vd_object_child_id(deep, 7);
+    }
+    assert_int_equal(vd_object_depth(deep), 8);
+    assert_true(vd_object_child_id(deep, 1) == 0);
+    assert_true(vd_object_child_id(a, 0) == 0 && vd_object_child_id(a, 256) == 0);
+}
+
+/* ---- scenes -----------------------------------------------------------------------------------*/
+
+/* Hills over 1,280 m around a middle. */
+static vd_heightfield *hills(vd_context *context, vd_vec3 middle) {
+    static float heights[CELLS * CELLS];
+    for (int r = 0; r < CELLS; r++) {
+        for (int c = 0; c < CELLS; c++) {
+            const double x = (c - 64) * 0.11, y = (r - 64) * 0.07;
+            heights[r * CELLS + c] =
+                (float)(middle.z + 40.0 * sin(x) * cos(y) + 15.0 * sin(2.3 * x + y));
+        }
+    }
+    vd_heightfield_def def = vd_heightfield_def_default();
+    def.width = def.height = CELLS;
+    def.height_stride = CELLS;
+    def.type = VD_HEIGHT_F32;
+    def.heights = heights;
+    const double place[6] = {middle.x - 640, 10, 0, middle.y + 640, 0, -10};
+    memcpy(def.world_from_sample, place, sizeof place);
+    vd_heightfield *map = NULL;
+    assert_ok(vd_heightfield_create(context, &def, &map));
+    return map;
+}
+
+static vd_model *ball(vd_context *context) {
+    static double positions[9 * 16][3];
+    static uint32_t triangles[8 * 16 * 2][3];
+    for (int r = 0; r <= 8; r++) {
+        for (int s = 0; s < 16; s++) {
+            const double a = 3.14159265358979 * r / 8, b = 6.28318530717959 * s / 16;
+            positions[r * 16 + s][0] = 6 * sin(a) * cos(b);
+            positions[r * 16 + s][1] = 6 * sin(a) * sin(b);
+            positions[r * 16 + s][2] = 6 - 6 * cos(a);
+        }
+    }
+    size_t count = 0;
+    for (uint32_t r = 0; r < 8; r++) {
+        for (uint32_t s = 0; s < 16; s++) {
+            const uint32_t n = (s + 1) % 16, a = r * 16, b = a + 16;
+            const uint32_t made[2][3] = {{a + s, a + n, b + s}, {a + n, b + n, b + s}};
+            memcpy(triangles[count], made, sizeof made);
+            count += 2;
+        }
+    }
+    const vd_model_source source = {.name = "ball",
+                                    .format = "test",
+                                    .vertex_count = 9 * 16,
+                                    .positions = (const double(*)[3])positions,
+                                    .triangle_count = count,
+                                    .triangles = (const uint32_t(*)[3])triangles};
+    vd_model *model = NULL;
+    assert_ok(vd_model_create(context, &source, &model));
+    return model;
+}
+
+/* A world of hills with balls, a sprite and a line on them, moved as a whole. */
+static vd_world *make_world(vd_context *context, const vd_heightfield *map, vd_vec3 middle,
+                            int balls, uint64_t seed) {
+    vd_world_def def = vd_world_def_default();
+    def.terrain.heightfield = map;
+    vd_world *world = NULL;
+    assert_ok(vd_world_create(context, &def, &world));
+    vd_model *model = ball(context);
+    uint32_t number = 0, picture = 0;
+    vd_instance_def instance = {0};
+    vd_model_bounds(model, &instance.min, &instance.max);
+    assert_ok(vd_world_add_model(world, &model, &number));
+    assert_null(model);
+    vd_object *object = NULL;
+    for (int i = 0; i < balls; i++) {
+        const double x = floor(1100 * (test_uniform(&seed) - 0.5)) + middle.x;
+        const double y = floor(1100 * (test_uniform(&seed) - 0.5)) + middle.y;
+        const double z = floor(vd_world_ground(world, x, y) - middle.z) - 3 + middle.z;
+        const vd_quat turn =
+            vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), 6 * test_uniform(&seed));
+        const vd_matrix turned = vd_matrix_rotation(turn);
+        const vd_matrix moved = vd_matrix_translation(vd_vec3_make(x, y, z));
+        instance.model = number;
+        instance.transform = vd_matrix_multiply(&moved, &turned);
+        assert_ok(vd_instance_create(context, &instance, &object));
+        assert_ok(vd_world_add(world, &object));
+    }
+    uint8_t pixels[8 * 8 * 4];
+    for (int i = 0; i < 64; i++) {
+        const bool in = (i % 8 - 4) * (i % 8 - 4) + (i / 8 - 4) * (i / 8 - 4) < 12;
+        const uint8_t texel[4] = {200, 40, 30, in ? 255 : 0};
+        memcpy(pixels + 4 * i, texel, 4);
+    }
+    const vd_picture red = {.context = context,
+                            .width = 8,
+                            .height = 8,
+                            .channels = 4,
+                            .bits = 8,
+                            .stride_bytes = 32,
+                            .data = pixels};
+    assert_ok(vd_world_add_picture(world, &red, &picture));
+    const vd_sprite_def sprite = {
+        picture, vd_vec3_make(middle.x + 20, middle.y - 180, middle.z + 9), 40, 50, false};
+    assert_ok(vd_sprite_create(context, &sprite, &object));
+    assert_ok(vd_world_add(world, &object));
+    const vd_vec3 points[3] = {{middle.x - 200, middle.y - 200, middle.z + 40},
+                               {middle.x + 100, middle.y - 100, middle.z + 45},
+                               {middle.x + 250, middle.y + 180, middle.z + 40}};
+    const vd_line_def line = {points, 3, false, 2.5, {10, 20, 220, 255}};
+    assert_ok(vd_line_create(context, &line, &object));
+    assert_ok(vd_world_add(world, &object));
+    assert_ok(vd_world_arrange(world, NULL));
+    return world;
+}
+
+static vd_camera looking(vd_vec3 middle) {
+    vd_camera camera = {.near_m = 1.0};
+    camera.eye = vd_vec3_add(middle, vd_vec3_make(-30, -420, 130));
+    camera.orientation = vd_orientation_from_angles(0.1, -0.25, 0.0);
+    camera.lens = vd_lens_from_fov(0.9, WIDTH, HEIGHT);
+    return camera;
+}
+
+static vd_frame *draw_world(vd_context *context, const vd_world *world, const vd_camera *camera,
+                            int samples, vd_world_stats *stats) {
+    vd_world_renderer_def def = vd_world_renderer_def_default();
+    def.samples = samples;
+    vd_world_renderer *renderer = NULL;
+    vd_frame *frame = NULL;
+    assert_ok(vd_frame_create(context, WIDTH, HEIGHT, VD_PLANE_DEPTH | VD_PLANE_ID, &frame));
+    assert_ok(vd_world_renderer_create(context, NULL, world, &def, &renderer));
+    assert_ok(vd_world_renderer_draw(renderer, NULL, camera, frame, stats));
+    const uint64_t hash = vd_frame_hash(frame);
+    const uint64_t before = vd_context_memory(context).allocations;
+    assert_ok(vd_world_renderer_draw(renderer, NULL, camera, frame, stats));
+    assert_true(vd_context_memory(context).allocations == before); /* a warm frame */
+    assert_true(vd_frame_hash(frame) == hash);
+    vd_world_renderer_destroy(&renderer);
+    return frame;
+}
+
+/* ---- the tree ---------------------------------------------------------------------------------*/
+
+static size_t walk(const vd_world *world, uint64_t id, uint64_t *sum) {
+    const int children = vd_world_child_count(world, id);
+    const vd_object *object = vd_world_find(world, id);
+    size_t count = 0;
+    vd_vec3 min, max;
+    if (id != 0) {
+        assert_non_null(object);
+        assert_true(object->id == id);
+        vd_object_bounds(object, &min, &max);
+    }
+    for (int i = 1; i <= children; i++) {
+        const uint64_t child = vd_object_child_id(id, i);
+        const vd_object *below = vd_world_find(world, child);
+        vd_vec3 low, high;
+        assert_non_null(below);
+        vd_object_bounds(below, &low, &high);
+        if (id != 0) { /* to the rounding of floats relative to an anchor */
+            assert_true(low.x >= min.x - 1e-3 && low.y >= min.y - 1e-3 && low.z >= min.z - 1e-3);
+            assert_true(high.x <= max.x + 1e-3 && high.y <= max.y + 1e-3 && high.z <= max.z + 1e-3);
+        }
+        count += walk(world, child, sum);
+    }
+    assert_null(vd_world_find(world, vd_object_child_id(id, children + 1)));
+    *sum ^= id * (uint64_t)(children + 3);
+    return children == 0 ? 1 : count;
+}
+
+static void the_tree_holds_everything_once(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    static const int counts[] = {0, 1, 15, 16, 17, 250, 3000};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        const vd_vec3 middle = {0, 0, 0};
+        vd_heightfield *map = hills(context, middle);
+        vd_world *world = make_world(context, map, middle, counts[i], 5);
+        vd_world *again = make_world(context, map, middle, counts[i], 5);
+        uint64_t sums[2] = {0, 0};
+        assert_int_equal(walk(world, 0, &sums[0]), counts[i] + 3);
+        assert_int_equal(walk(again, 0, &sums[1]), counts[i] + 3);
+        assert_true(sums[0] == sums[1]);
+        vd_world_destroy(&world);
+        vd_world_destroy(&again);
+        vd_heightfield_destroy(context, &map);
+    }
+    vd_context_destroy(&context);
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------*/
+
+static void moving_the_world_changes_no_byte(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    static const int samples[] = {1, 4};
+    for (int s = 0; s < 2; s++) {
+        vd_frame *frames[2];
+        for (int i = 0; i < 2; i++) {
+            const vd_vec3 middle =
+                i == 0 ? vd_vec3_make(0, 0, 0) : vd_vec3_make(1e7 + 0.25, -1e7 + 0x1p-10, 0);
+            vd_heightfield *map = hills(context, middle);
+            vd_world *world = make_world(context, map, middle, 60, 9);
+            const vd_camera camera = looking(middle);
+            vd_world_stats stats;
+            frames[i] = draw_world(context, world, &camera, samples[s], &stats);
+            assert_true(stats.drawn > 10 && stats.outside > 5);
+            vd_world_destroy(&world);
+            vd_heightfield_destroy(context, &map);
+        }
+        assert_same_frames(frames[0], frames[1]);
+        vd_frame_destroy(&frames[0]);
+        vd_frame_destroy(&frames[1]);
+    }
+    vd_context_destroy(&context);
+}
+
+static void threads_and_levels_change_no_byte(void **state) {
+    (void)state;
+    const vd_vec3 middle = {0, 0, 0};
+    vd_frame *first = NULL;
+    vd_context *keeper = test_context(1, VD_ISA_AUTO);
+    static const int threads[] = {1, 2, 7};
+    for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
+        for (int t = 0; t < 3; t++) {
+            vd_context *context = test_context(threads[t], (vd_isa)isa);
+            vd_heightfield *map = hills(context, middle);
+            vd_world *world = make_world(context, map, middle, 60, 9);
+            const vd_camera camera = looking(middle);
+            vd_frame *frame = draw_world(context, world, &camera, 4, NULL);
+            if (first == NULL) {
+                assert_ok(
+                    vd_frame_create(keeper, WIDTH, HEIGHT, VD_PLANE_DEPTH | VD_PLANE_ID, &first));
+                memcpy(first->rgba, frame->rgba, frame->stride * HEIGHT * 4);
+                memcpy(first->depth, frame->depth, frame->stride * HEIGHT * 4);
+                memcpy(first->id, frame->id, frame->stride * HEIGHT * 4);
+            }
+            assert_same_frames(first, frame);
+            vd_frame_destroy(&frame);
+            vd_world_destroy(&world);
+            vd_heightfield_destroy(context, &map);
+            vd_context_destroy(&context);
+        }
+    }
+    vd_frame_destroy(&first);
+    vd_context_destroy(&keeper);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ids_are_paths),
+        cmocka_unit_test(the_tree_holds_everything_once),
+        cmocka_unit_test(moving_the_world_changes_no_byte),
+        cmocka_unit_test(threads_and_levels_change_no_byte),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
