@@ -1,7 +1,11 @@
 /* A world's tree, and its pictures. */
 #include <math.h>
 #include <veduta/veduta.h>
+#include "image/image.h"
+#include "raster/raster_run.h"
 #include "raster_scenes.h"
+#include "terrain/lens_renderer.h"
+#include "world/world_renderer.h"
 
 enum { WIDTH = 150, HEIGHT = 110, CELLS = 129 };
 
@@ -269,12 +273,171 @@ static void threads_and_levels_change_no_byte(void **state) {
     vd_context_destroy(&keeper);
 }
 
+/* Pixels that show things are those of a target in which the terrain takes all samples; the others
+ * are the terrain's own picture. */
+static void things_and_ground_meet_sample_by_sample(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    const vd_vec3 middle = {0, 0, 0};
+    vd_heightfield *map = hills(context, middle);
+    vd_world *world = make_world(context, map, middle, 120, 3);
+    const vd_camera camera = looking(middle);
+    vd_world_renderer *renderer = NULL;
+    vd_world_renderer_def def = vd_world_renderer_def_default();
+    def.samples = 4;
+    vd_frame *frame = NULL, *all = NULL, *ground = NULL;
+    const unsigned planes = VD_PLANE_DEPTH | VD_PLANE_ID;
+    assert_ok(vd_frame_create(context, WIDTH, HEIGHT, planes, &frame));
+    assert_ok(vd_frame_create(context, WIDTH, HEIGHT, planes, &all));
+    assert_ok(vd_frame_create(context, WIDTH, HEIGHT, planes, &ground));
+    assert_ok(vd_world_renderer_create(context, NULL, world, &def, &renderer));
+    assert_ok(vd_world_renderer_draw(renderer, NULL, &camera, frame, NULL));
+
+    /* What was rasterized is still there: into one target, all samples of the ground over it. */
+    vd_target *target = NULL, *things = NULL;
+    uint32_t id = 0;
+    assert_ok(vd_target_create(context, WIDTH, HEIGHT, 4, &target));
+    assert_ok(vd_target_create(context, WIDTH, HEIGHT, 4, &things));
+    vd_target_clear(things, (uint16_t[4]){0, 0, 0, 0});
+    vd_raster_draw(renderer->raster, things, 0);
+    vd_target_clear(target, (uint16_t[4]){0, 0, 0, 0});
+    vd_raster_draw(renderer->raster, target, 0);
+    assert_ok(vd_frame_add_object(all, renderer->ground->def.object_id, &id));
+    assert_ok(vd_terrain_renderer_composite(renderer->ground, NULL, &camera, all, target, NULL));
+    assert_ok(vd_target_reserve_blended(target));
+    vd_target_begin_blended(target);
+    do {
+        vd_raster_blend(renderer->raster, target, 0);
+    } while (vd_target_blend(target));
+    vd_target_resolve(target, all);
+    assert_ok(vd_terrain_renderer_draw(renderer->ground, NULL, &camera, ground, NULL));
+
+    int mixed = 0, plain = 0;
+    for (int y = 0; y < HEIGHT; y++) {
+        for (int x = 0; x < WIDTH; x++) {
+            const size_t i = (size_t)y * frame->stride + (size_t)x;
+            bool thing = false, blends = false;
+            for (int s = 0; s < 4; s++) {
+                thing = thing || things->id[(size_t)s * things->plane + (size_t)y * things->stride +
+                                            (size_t)x] != 0;
+            }
+            const vd_target tile = {.x = x / 64 * 64, .y = y / 64 * 64, .width = 64, .height = 64};
+            (void)vd_raster_window_any(renderer->raster, &tile, &blends);
+            const vd_frame *wanted = thing || blends ? all : ground;
+            mixed += thing && frame->id[i] == id;
+            plain += !thing && !blends;
+            assert_memory_equal(frame->rgba + 4 * i, wanted->rgba + 4 * i, 4);
+            assert_memory_equal(frame->depth + i, wanted->depth + i, 4);
+        }
+    }
+    assert_true(mixed > 50 && plain > 1000);
+    vd_target_destroy(&target);
+    vd_target_destroy(&things);
+    vd_frame_destroy(&frame);
+    vd_frame_destroy(&all);
+    vd_frame_destroy(&ground);
+    vd_world_renderer_destroy(&renderer);
+    vd_world_destroy(&world);
+    vd_heightfield_destroy(context, &map);
+    vd_context_destroy(&context);
+}
+
+/* What the walk leaves out is not seen: a world of one group has the same picture. */
+static void an_object_alone_is_cut_out(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    const vd_vec3 middle = {0, 0, 0};
+    vd_heightfield *map = hills(context, middle);
+    vd_world *world = make_world(context, map, middle, 40, 3);
+    const vd_camera camera = looking(middle);
+    vd_world_renderer *renderer = NULL;
+    vd_frame *frame = NULL;
+    assert_ok(vd_frame_create(context, WIDTH, HEIGHT, VD_PLANE_DEPTH | VD_PLANE_ID, &frame));
+    assert_ok(vd_world_renderer_create(context, NULL, world, NULL, &renderer));
+    int shown = 0;
+    for (int i = 0; i < (int)vd_world_object_count(world); i++) {
+        const uint64_t id = world->entries[i].object->id;
+        vd_world_stats stats;
+        assert_ok(vd_world_renderer_draw_object(renderer, NULL, &camera, id, frame, &stats));
+        bool any = false;
+        for (int y = 0; y < HEIGHT; y++) {
+            for (int x = 0; x < WIDTH; x++) {
+                const size_t at = (size_t)y * frame->stride + (size_t)x;
+                any = any || frame->rgba[4 * at + 3] != 0;
+                assert_true(frame->id[at] == 0 || frame->object_ids[frame->id[at]] == id);
+                assert_true(frame->id[at] == 0 || frame->rgba[4 * at + 3] > 0);
+            }
+        }
+        shown += any;
+        assert_true(!any || stats.drawn == 1);
+    }
+    assert_true(shown > 10);
+    assert_int_equal(vd_world_renderer_draw_object(renderer, NULL, &camera, 99, frame, NULL).code,
+                     VD_ERROR_ARGUMENT);
+    vd_frame_destroy(&frame);
+    vd_world_renderer_destroy(&renderer);
+    vd_world_destroy(&world);
+    vd_heightfield_destroy(context, &map);
+    vd_context_destroy(&context);
+}
+
+/* ---- blocks -----------------------------------------------------------------------------------*/
+
+static void blocks_are_checked(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    const vd_vec3 middle = {0, 0, 0};
+    vd_heightfield *map = hills(context, middle);
+    vd_world *world = make_world(context, map, middle, 3, 3);
+    const double outline[5][2] = {{0, 0}, {5, 0}, {5, -7}, {2, -9}, {0, -7}};
+    static const uint8_t verbs[5] = {VD_PATH_MOVE, VD_PATH_LINE, VD_PATH_LINE, VD_PATH_QUADRATIC,
+                                     VD_PATH_CLOSE};
+    const vd_label_def label = {
+        .text = "Mönch",
+        .place = {3, 4, 5},
+        .outline = {.points = outline, .point_count = 5, .verbs = verbs, .verb_count = 5},
+        .advance = 6,
+        .ascent = 9,
+        .descent = 2,
+        .priority = 3};
+    vd_object *made = NULL;
+    assert_ok(vd_label_create(context, &label, &made));
+    assert_string_equal(vd_label_text((const vd_label *)made), "Mönch");
+    assert_ok(vd_world_add(world, &made));
+    uint64_t random = 11;
+    for (size_t i = 0; i < vd_world_object_count(world); i++) {
+        const vd_object *object = world->entries[i].object;
+        const size_t bytes = object->size_bytes;
+        vd_object *copy = NULL;
+        assert_ok(vd_object_unpack(context, object, bytes, &copy));
+        assert_memory_equal(copy, object, bytes);
+        for (size_t cut = 0; cut < bytes; cut += 1 + bytes / 50) {
+            assert_int_equal(vd_object_validate(copy, cut).code, VD_ERROR_FORMAT);
+        }
+        for (int k = 0; k < 2000; k++) { /* found wrong, or harmless: never beyond the block */
+            memcpy(copy, object, bytes);
+            ((uint8_t *)copy)[test_random(&random) % bytes] = (uint8_t)test_random(&random);
+            const vd_status status = vd_object_validate(copy, bytes);
+            assert_true(status.code == VD_OK || status.code == VD_ERROR_FORMAT);
+        }
+        vd_vec3 points[VD_OBJECT_KEY_POINTS];
+        assert_int_equal(vd_object_key_points(object, points), 8);
+        vd_object_destroy(context, &copy);
+    }
+    vd_world_destroy(&world);
+    vd_heightfield_destroy(context, &map);
+    vd_context_destroy(&context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ids_are_paths),
         cmocka_unit_test(the_tree_holds_everything_once),
         cmocka_unit_test(moving_the_world_changes_no_byte),
         cmocka_unit_test(threads_and_levels_change_no_byte),
+        cmocka_unit_test(things_and_ground_meet_sample_by_sample),
+        cmocka_unit_test(an_object_alone_is_cut_out),
+        cmocka_unit_test(blocks_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

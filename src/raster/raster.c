@@ -440,6 +440,21 @@ static bool overlap(const vd_visible *window, const vd_target *target, vd_visibl
     return true;
 }
 
+bool vd_raster_window_any(const vd_raster *raster, const vd_target *window, bool *blends) {
+    const int tile = raster->tile;
+    bool any = false;
+    *blends = false;
+    for (int y = window->y / tile; y * tile < window->y + window->height; y++) {
+        for (int x = window->x / tile; x * tile < window->x + window->width; x++) {
+            if (x < raster->tiles_x && y < raster->tiles_y) {
+                any = any || !vd_raster_is_empty(raster, x, y);
+                *blends = *blends || vd_raster_blends(raster, x, y);
+            }
+        }
+    }
+    return any || *blends;
+}
+
 void vd_raster_draw(vd_raster *raster, vd_target *target, int worker_index) {
     if (!raster->prepared || target->samples != raster->scene.samples) {
         return;

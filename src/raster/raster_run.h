@@ -71,6 +71,10 @@ void vd_raster_see(vd_raster *raster, vd_worker *worker, int x, int y);
 /* Whether something that blends was sorted to the tile. */
 bool vd_raster_blends(const vd_raster *raster, int x, int y);
 
+/* Whether anything was sorted to the raster's tiles under a window of the picture, and whether
+ * something of it blends. */
+bool vd_raster_window_any(const vd_raster *raster, const vd_target *window, bool *blends);
+
 /* Adds what blends in tile (x, y), in tiles, to a target's list; the target's window lies within
  * the tile. */
 void vd_raster_add_blended(vd_raster *raster, vd_worker *worker, vd_target *target, int x, int y);

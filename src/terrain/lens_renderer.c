@@ -82,6 +82,8 @@ void vd_terrain_renderer_destroy(vd_terrain_renderer **renderer_in_out) {
     vd_frame_destroy(&renderer->window);
     vd_release(renderer->context, renderer->depth.memory);
     vd_release(renderer->context, renderer->starts.memory);
+    vd_release(renderer->context, renderer->mixed.memory);
+    vd_release(renderer->context, renderer->list.memory);
     vd_release(renderer->context, renderer->workers);
     vd_release(renderer->context, renderer);
 }
@@ -122,7 +124,8 @@ typedef struct pass {
 
 static void draw_tile(void *user, int index, int worker) {
     const pass *p = user;
-    const int tile = p->tiles->first + index * p->tiles->step;
+    const int tile =
+        p->tiles->list != NULL ? p->tiles->list[index] : p->tiles->first + index * p->tiles->step;
     const int tiles_x = vd_lens_tile_count(p->picture->frame->width);
     p->kernel(p->picture, tile % tiles_x * VD_LENS_TILE, tile / tiles_x * VD_LENS_TILE,
               &p->workers[worker].counts);
@@ -196,6 +199,6 @@ vd_status vd_terrain_renderer_draw(vd_terrain_renderer *renderer, vd_job *job,
         return status;
     }
     const vd_lens_tiles all = {
-        0, 1, vd_lens_tile_count(frame->width) * vd_lens_tile_count(frame->height)};
+        0, 1, vd_lens_tile_count(frame->width) * vd_lens_tile_count(frame->height), NULL};
     return vd_lens_draw(renderer, job, camera, terrain_id, &all, frame, stats);
 }

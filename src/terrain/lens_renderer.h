@@ -20,12 +20,14 @@ struct vd_terrain_renderer {
     vd_buffer depth, starts; /* see vd_lens_picture */
     vd_frame *window;     /* a target's window, one sample of each pixel; null until one is drawn */
     size_t window_pixels; /* that it has room for */
+    vd_buffer mixed, list; /* see vd_terrain_composite_among */
     uint32_t sky[VD_LENS_SKY + 1];
 };
 
-/* Which tiles of a picture are drawn: first, first + step, …, in rows. */
+/* Which tiles of a picture are drawn: those of a list, or first, first + step, …, in rows. */
 typedef struct vd_lens_tiles {
     int first, step, count;
+    const int *list; /* [count]; null: none */
 } vd_lens_tiles;
 
 static inline int vd_lens_tile_count(int pixels) {
@@ -45,6 +47,20 @@ VD_MUST_USE vd_status vd_lens_draw(vd_terrain_renderer *renderer, vd_job *job,
                                    const vd_camera *camera, uint32_t terrain_id,
                                    const vd_lens_tiles *tiles, vd_frame *frame,
                                    vd_frame_stats *stats);
+
+/* What other rooms show in a tile of a target, 64 pixels a side. */
+#define VD_TERRAIN_MIX_TILE 64
+enum { VD_TERRAIN_MIX_NOTHING = 0, VD_TERRAIN_MIX_THINGS, VD_TERRAIN_MIX_BLENDED };
+
+/* As vd_terrain_renderer_composite, for a picture of the terrain alone that is there already
+ * (`ground`, with depth, of the whole picture): pixels with a sample that shows something else, and
+ * all of a tile where something is blended, take every sample; others take the ground's colour and
+ * depth, whose edges are smooth already. `mix` is [tiles_y][tiles_x] of the window; tiles of
+ * VD_TERRAIN_MIX_NOTHING are left alone. */
+VD_MUST_USE vd_status vd_terrain_composite_among(vd_terrain_renderer *renderer, vd_job *job,
+                                                 const vd_camera *camera, uint32_t terrain_id,
+                                                 const vd_frame *ground, const uint8_t *mix,
+                                                 vd_target *target, vd_frame_stats *stats);
 
 /* Returns the kernels of a level (VD_ISA_V2 … VD_ISA_V4). */
 const vd_lens_methods *vd_lens_methods_for(vd_isa isa);

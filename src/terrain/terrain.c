@@ -133,7 +133,8 @@ static vd_status measure_tiles(vd_terrain_renderer *renderer, vd_job *job, const
     batches = batches < 1 ? 1 : batches;
     double stretch[MOST], busy = 0.0, wall = 0.0;
     for (int b = 0; b < batches; b++) {
-        const vd_lens_tiles some = {b * step, batches * step, (count - b + batches - 1) / batches};
+        const vd_lens_tiles some = {b * step, batches * step, (count - b + batches - 1) / batches,
+                                    NULL};
         const uint64_t start_ns = vd_clock_ns(), start_busy_ns = vd_processor_ns();
         vd_status status = vd_lens_draw(renderer, job, camera, 1, &some, frame, NULL);
         if (status.code != VD_OK) {

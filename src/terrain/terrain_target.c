@@ -10,6 +10,7 @@
  * are not to the byte those of vd_terrain_render, nor do they hang on how a picture is cut into
  * windows by more than that rounding.
  */
+#include <string.h>
 #include "core/core.h"
 #include "image/image.h"
 #include "terrain/lens_renderer.h"
@@ -21,24 +22,31 @@ typedef struct merging {
     vd_target *to;
     int sample;
     uint32_t id;
+    const uint8_t *mixed; /* [height][to->stride]: pixels that are merged; null: all */
 } merging;
 
-/* Puts a row of the window where it is nearer, or where nothing is. */
+/* Puts one pixel of the terrain at a sample where it is nearer, or where nothing is. */
+static inline void merge(vd_target *to, size_t at, const uint8_t *rgba, float depth, uint32_t id) {
+    const bool nothing = to->id[at] == 0 && to->depth[at] == 0.0f;
+    if (!nothing && !(depth > to->depth[at])) {
+        return;
+    }
+    for (int c = 0; c < 4; c++) {
+        to->color[4 * at + (size_t)c] = (uint16_t)(rgba[c] * 257u);
+    }
+    to->depth[at] = depth;
+    to->id[at] = depth > 0.0f ? id : 0;
+}
+
 static void merge_row(const merging *m, int y) {
     const uint8_t *rgba = m->from->rgba + 4 * (size_t)y * m->from->stride;
     const float *depth = m->from->depth + (size_t)y * m->from->stride;
     const size_t row = (size_t)m->sample * m->to->plane + (size_t)y * m->to->stride;
+    const uint8_t *mixed = m->mixed != NULL ? m->mixed + (size_t)y * m->to->stride : NULL;
     for (int x = 0; x < m->to->width; x++) {
-        const size_t at = row + (size_t)x;
-        const bool nothing = m->to->id[at] == 0 && m->to->depth[at] == 0.0f;
-        if (!nothing && !(depth[x] > m->to->depth[at])) {
-            continue;
+        if (mixed == NULL || mixed[x] != 0) {
+            merge(m->to, row + (size_t)x, rgba + 4 * x, depth[x], m->id);
         }
-        for (int c = 0; c < 4; c++) {
-            m->to->color[4 * at + (size_t)c] = (uint16_t)(rgba[4 * x + c] * 257u);
-        }
-        m->to->depth[at] = depth[x];
-        m->to->id[at] = depth[x] > 0.0f ? m->id : 0;
     }
 }
 
@@ -70,9 +78,9 @@ static vd_status reserve_window(vd_terrain_renderer *renderer, const vd_target *
     return status;
 }
 
-/* Draws one sample of all pixels of the target's window. */
+/* Draws one sample of the pixels in some tiles of the target's window, and merges them. */
 static vd_status draw_sample(vd_terrain_renderer *renderer, vd_job *job, const vd_camera *camera,
-                             merging *m, vd_frame_stats *stats) {
+                             const vd_lens_tiles *tiles, merging *m, vd_frame_stats *stats) {
     const float *offset = vd_sample_offsets(m->to->samples)[m->sample];
     vd_camera moved = *camera;
     moved.lens.cx -= m->to->x + ((double)offset[0] - 0.5);
@@ -82,13 +90,28 @@ static vd_status draw_sample(vd_terrain_renderer *renderer, vd_job *job, const v
     if (status.code != VD_OK) {
         return status;
     }
-    const vd_lens_tiles all = {
-        0, 1, vd_lens_tile_count(window->width) * vd_lens_tile_count(window->height)};
-    status = vd_lens_draw(renderer, job, &moved, m->id, &all, renderer->window, stats);
+    status = vd_lens_draw(renderer, job, &moved, m->id, tiles, renderer->window, stats);
     return status.code != VD_OK
                ? status
                : vd_parallel_for(renderer->context, job,
                                  (window->height + ROWS_A_TASK - 1) / ROWS_A_TASK, merge_rows, m);
+}
+
+/* Draws all samples of some tiles. */
+static vd_status draw_samples(vd_terrain_renderer *renderer, vd_job *job, const vd_camera *camera,
+                              const vd_lens_tiles *tiles, merging *m, vd_frame_stats *stats) {
+    vd_status status = vd_success();
+    const int samples = renderer->def.samples;
+    renderer->def.samples = 1;
+    for (m->sample = 0; m->sample < m->to->samples && status.code == VD_OK; m->sample++) {
+        vd_frame_stats one = {0, 0};
+        m->from = renderer->window;
+        status = draw_sample(renderer, job, camera, tiles, m, &one);
+        stats->samples += one.samples;
+        stats->hits += one.hits;
+    }
+    renderer->def.samples = samples;
+    return status;
 }
 
 vd_status vd_terrain_renderer_composite(vd_terrain_renderer *renderer, vd_job *job,
@@ -107,18 +130,116 @@ vd_status vd_terrain_renderer_composite(vd_terrain_renderer *renderer, vd_job *j
         status = reserve_window(renderer, target);
     }
     vd_frame_stats sum = {0, 0};
-    const int samples = renderer->def.samples;
-    renderer->def.samples = 1;
-    for (m.sample = 0; m.sample < target->samples && status.code == VD_OK; m.sample++) {
-        vd_frame_stats one = {0, 0};
-        m.from = renderer->window;
-        status = draw_sample(renderer, job, camera, &m, &one);
-        sum.samples += one.samples;
-        sum.hits += one.hits;
+    if (status.code == VD_OK) {
+        const vd_lens_tiles all = {
+            0, 1, vd_lens_tile_count(target->width) * vd_lens_tile_count(target->height), NULL};
+        status = draw_samples(renderer, job, camera, &all, &m, &sum);
     }
-    renderer->def.samples = samples;
     if (stats != NULL) {
         *stats = sum;
     }
+    return status;
+}
+
+/* ---- among things -----------------------------------------------------------------------------
+ * Where a picture of the terrain is there already only pixels that show something else, too, need
+ * every sample: at an edge between a wall and a slope the samples decide, elsewhere the terrain's
+ * own picture has done so. */
+
+typedef struct mixing {
+    const vd_frame *ground;
+    const uint8_t *mix;
+    vd_target *to;
+    uint32_t id;
+    int tiles_x;
+    uint8_t *mixed; /* [height][to->stride] */
+} mixing;
+
+static bool any_thing(const vd_target *to, size_t at) {
+    bool any = false;
+    for (int s = 0; s < to->samples; s++) {
+        any = any || to->id[(size_t)s * to->plane + at] != 0;
+    }
+    return any;
+}
+
+/* Finds the pixels of a tile that are mixed, and gives the others the ground's. */
+static void mix_tile(void *user, int index, int worker) {
+    const mixing *m = user;
+    vd_target *to = m->to;
+    const int x0 = index % m->tiles_x * VD_TERRAIN_MIX_TILE;
+    const int y0 = index / m->tiles_x * VD_TERRAIN_MIX_TILE;
+    const uint8_t mix = m->mix[index];
+    (void)worker;
+    for (int y = y0; y < y0 + VD_TERRAIN_MIX_TILE && y < to->height; y++) {
+        const size_t there = (size_t)(to->y + y) * m->ground->stride + (size_t)to->x;
+        for (int x = x0; x < x0 + VD_TERRAIN_MIX_TILE && x < to->width; x++) {
+            const size_t at = (size_t)y * to->stride + (size_t)x;
+            const bool mixed = to->samples > 1 && mix != VD_TERRAIN_MIX_NOTHING &&
+                               (mix == VD_TERRAIN_MIX_BLENDED || any_thing(to, at));
+            m->mixed[at] = mixed;
+            if (mixed || mix == VD_TERRAIN_MIX_NOTHING) {
+                continue;
+            }
+            const uint8_t *rgba = m->ground->rgba + 4 * (there + (size_t)x);
+            for (int s = 0; s < to->samples; s++) {
+                merge(to, (size_t)s * to->plane + at, rgba, m->ground->depth[there + (size_t)x],
+                      m->id);
+            }
+        }
+    }
+}
+
+/* Lists the lens tiles that hold a mixed pixel. */
+static int list_tiles(const mixing *m, int *list) {
+    const int tiles_x = vd_lens_tile_count(m->to->width);
+    const int tiles = tiles_x * vd_lens_tile_count(m->to->height);
+    int count = 0;
+    for (int t = 0; t < tiles; t++) {
+        const int x0 = t % tiles_x * VD_LENS_TILE, y0 = t / tiles_x * VD_LENS_TILE;
+        const int left = m->to->width - x0;
+        const size_t columns = (size_t)(left < VD_LENS_TILE ? left : VD_LENS_TILE);
+        bool any = false;
+        for (int y = y0; y < y0 + VD_LENS_TILE && y < m->to->height && !any; y++) {
+            any = memchr(m->mixed + (size_t)y * m->to->stride + (size_t)x0, 1, columns) != NULL;
+        }
+        if (any) {
+            list[count++] = t;
+        }
+    }
+    return count;
+}
+
+vd_status vd_terrain_composite_among(vd_terrain_renderer *renderer, vd_job *job,
+                                     const vd_camera *camera, uint32_t terrain_id,
+                                     const vd_frame *ground, const uint8_t *mix, vd_target *target,
+                                     vd_frame_stats *stats) {
+    const int tiles_x = (target->width + VD_TERRAIN_MIX_TILE - 1) / VD_TERRAIN_MIX_TILE;
+    const int tiles_y = (target->height + VD_TERRAIN_MIX_TILE - 1) / VD_TERRAIN_MIX_TILE;
+    const int lens_tiles = vd_lens_tile_count(target->width) * vd_lens_tile_count(target->height);
+    vd_status status =
+        vd_buffer_reserve(renderer->context, &renderer->mixed, "a picture's mixed pixels",
+                          target->stride * (size_t)target->height, sizeof(uint8_t));
+    if (status.code == VD_OK) {
+        status = vd_buffer_reserve(renderer->context, &renderer->list, "a picture's tiles",
+                                   (size_t)lens_tiles, sizeof(int));
+    }
+    if (status.code == VD_OK) {
+        status = reserve_window(renderer, target);
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    mixing m = {ground, mix, target, terrain_id, tiles_x, renderer->mixed.memory};
+    status = vd_parallel_for(renderer->context, job, tiles_x * tiles_y, mix_tile, &m);
+    vd_frame_stats sum = {0, 0};
+    if (status.code == VD_OK && target->samples > 1) {
+        int *list = renderer->list.memory;
+        const vd_lens_tiles tiles = {0, 1, list_tiles(&m, list), list};
+        merging merged = {.to = target, .id = terrain_id, .mixed = m.mixed};
+        status = draw_samples(renderer, job, camera, &tiles, &merged, &sum);
+    }
+    stats->samples += sum.samples;
+    stats->hits += sum.hits;
     return status;
 }

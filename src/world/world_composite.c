@@ -1,16 +1,24 @@
 /* world_composite.c: everything in one frame by depth.
  *
- * The picture is drawn in bands of a target, so that a band's samples stay near the processor and
- * memory does not grow with the picture. In each band, first all that the rasterizer draws, tile by
- * tile; then the ground, every sample at its own place, where it is nearer; then, tile by tile
- * again, the shadows that things throw on the ground, what is blended, and the mean of the samples
- * into the frame.
+ * The terrain alone is drawn first, as a picture of its own: its silhouettes are smooth, and it
+ * costs a few samples a pixel on them alone. What the rasterizer draws is then composited in bands
+ * of a target, so that a band's samples stay near the processor and memory does not grow with the
+ * picture. In a band, tiles in which nothing is rasterized are copied from the terrain's picture.
+ * In others the rasterizer draws first; pixels of which it covers no sample take the terrain's
+ * colour, all others take the terrain's samples at their own places; then come the shadows that
+ * things throw on the ground, what is blended, and the mean of the samples.
+ *
+ * Taking every sample of the ground everywhere is four pictures of it in place of one and a part.
  */
 #include "core/core.h"
 #include "image/blended.h"
+#include "image/image.h"
+#include <string.h>
+#include "raster/raster_run.h"
+#include "terrain/lens_renderer.h"
 #include "world/world_renderer.h"
 
-#define TILE 64
+#define TILE VD_TERRAIN_MIX_TILE
 #define BAND_BYTES ((size_t)32 << 20)
 #define BYTES_A_SAMPLE 16
 
@@ -19,8 +27,10 @@ typedef struct band {
     const vd_pass *pass;
     vd_frame *frame;
     vd_target *target; /* the band */
+    uint32_t ground_id;
     int tiles_x;
-    bool blends;
+    uint8_t *mix; /* by tile */
+    bool blends;  /* anything anywhere */
 } band;
 
 /* The part of the band that is a task's: a view of it. */
@@ -44,14 +54,57 @@ static void draw_things(void *user, int index, int worker) {
     static const uint16_t nothing[4] = {0, 0, 0, 0};
     const band *b = user;
     vd_target tile = tile_of(b, index);
+    bool blends = false;
+    if (!vd_raster_window_any(b->renderer->raster, &tile, &blends)) {
+        b->mix[index] = VD_TERRAIN_MIX_NOTHING;
+        return;
+    }
+    b->mix[index] = blends ? VD_TERRAIN_MIX_BLENDED : VD_TERRAIN_MIX_THINGS;
     vd_target_clear(&tile, nothing);
     vd_raster_draw(b->renderer->raster, &tile, worker);
+}
+
+/* Where nothing but the ground is seen. */
+static void copy_ground(const band *b, const vd_target *tile) {
+    const vd_frame *from = b->renderer->picture;
+    vd_frame *to = b->frame;
+    const size_t pixels = (size_t)tile->width;
+    for (int y = tile->y; y < tile->y + tile->height; y++) {
+        const size_t at = (size_t)y * to->stride + (size_t)tile->x;
+        const float *depth = from->depth + (size_t)y * from->stride + (size_t)tile->x;
+        memcpy(to->rgba + 4 * at, from->rgba + 4 * ((size_t)y * from->stride + (size_t)tile->x),
+               4 * pixels);
+        if (to->depth != NULL) {
+            memcpy(to->depth + at, depth, pixels * sizeof *depth);
+        }
+        for (size_t x = 0; to->id != NULL && x < pixels; x++) {
+            to->id[at + x] = depth[x] > 0.0f ? b->ground_id : 0;
+        }
+    }
+}
+
+static void clear_frame(const band *b, const vd_target *tile) {
+    vd_frame *to = b->frame;
+    for (int y = tile->y; y < tile->y + tile->height; y++) {
+        const size_t at = (size_t)y * to->stride + (size_t)tile->x;
+        memset(to->rgba + 4 * at, 0, 4 * (size_t)tile->width);
+        if (to->depth != NULL) {
+            memset(to->depth + at, 0, (size_t)tile->width * sizeof *to->depth);
+        }
+        if (to->id != NULL) {
+            memset(to->id + at, 0, (size_t)tile->width * sizeof *to->id);
+        }
+    }
 }
 
 static void finish_tile(void *user, int index, int worker) {
     const band *b = user;
     vd_target tile = tile_of(b, index);
-    if (b->blends) {
+    if (b->mix[index] == VD_TERRAIN_MIX_NOTHING) {
+        (b->pass->ground ? copy_ground : clear_frame)(b, &tile);
+        return;
+    }
+    if (b->mix[index] == VD_TERRAIN_MIX_BLENDED) {
         vd_target_begin_blended(&tile);
         do {
             vd_raster_blend(b->renderer->raster, &tile, worker);
@@ -79,7 +132,27 @@ static vd_status reserve_band(vd_world_renderer *renderer, const vd_frame *frame
     if (status.code == VD_OK && blends) {
         status = vd_target_reserve_blended(renderer->target);
     }
-    return status;
+    const size_t tiles = ((size_t)frame->width + TILE - 1) / TILE * ((rows + TILE - 1) / TILE);
+    return status.code != VD_OK ? status
+                                : vd_buffer_reserve(renderer->context, &renderer->mix,
+                                                    "a picture's tiles", tiles, sizeof(uint8_t));
+}
+
+/* The picture of the terrain alone, with depth. */
+static vd_status draw_ground(vd_world_renderer *renderer, vd_job *job, const vd_pass *pass,
+                             vd_frame *frame, uint32_t *id) {
+    const vd_frame *old = renderer->picture;
+    vd_status status = vd_frame_add_object(frame, renderer->ground->def.object_id, id);
+    if (status.code == VD_OK &&
+        (old == NULL || old->width != frame->width || old->height != frame->height)) {
+        vd_frame_destroy(&renderer->picture);
+        status = vd_frame_create(renderer->context, frame->width, frame->height, VD_PLANE_DEPTH,
+                                 &renderer->picture);
+    }
+    return status.code != VD_OK
+               ? status
+               : vd_terrain_renderer_draw(renderer->ground, job, pass->camera, renderer->picture,
+                                          &pass->stats->terrain);
 }
 
 static bool any_blends(const vd_pass *pass) {
@@ -105,17 +178,14 @@ static vd_status draw_band(band *b, vd_job *job, int y, vd_world_stats *stats) {
     const uint64_t start = vd_clock_ns();
     vd_status status = vd_parallel_for(r->context, job, tiles, draw_things, b);
     const uint64_t things = vd_clock_ns();
-    vd_frame_stats ground = {0, 0};
     if (status.code == VD_OK && b->pass->ground) {
-        status = vd_terrain_renderer_composite(r->ground, job, b->pass->camera, b->frame, b->target,
-                                               &ground);
+        status = vd_terrain_composite_among(r->ground, job, b->pass->camera, b->ground_id,
+                                            r->picture, b->mix, b->target, &stats->terrain);
     }
     const uint64_t grounds = vd_clock_ns();
     if (status.code == VD_OK) {
         status = vd_parallel_for(r->context, job, tiles, finish_tile, b);
     }
-    stats->terrain.samples += ground.samples;
-    stats->terrain.hits += ground.hits;
     stats->objects_s += 1e-9 * (double)(things - start);
     stats->ground_s += 1e-9 * (double)(grounds - things);
     stats->finish_s += 1e-9 * (double)(vd_clock_ns() - grounds);
@@ -124,17 +194,26 @@ static vd_status draw_band(band *b, vd_job *job, int y, vd_world_stats *stats) {
 
 vd_status vd_world_composite(vd_world_renderer *renderer, vd_job *job, const vd_pass *pass,
                              vd_frame *frame) {
+    band b = {.renderer = renderer, .pass = pass, .frame = frame, .blends = any_blends(pass)};
     vd_raster_def def = vd_raster_def_default();
     def.samples = renderer->samples;
     const uint64_t start = vd_clock_ns();
-    vd_status status = vd_raster_prepare(renderer->raster, job, &def, pass->camera,
-                                         pass->draws->data, (int)pass->draws->count, frame);
-    band b = {.renderer = renderer, .pass = pass, .frame = frame, .blends = any_blends(pass)};
+    vd_status status = vd_success();
+    if (pass->ground) {
+        status = draw_ground(renderer, job, pass, frame, &b.ground_id);
+    }
+    const uint64_t ground = vd_clock_ns();
+    if (status.code == VD_OK) {
+        status = vd_raster_prepare(renderer->raster, job, &def, pass->camera, pass->draws->data,
+                                   (int)pass->draws->count, frame);
+    }
     if (status.code == VD_OK) {
         status = reserve_band(renderer, frame, b.blends);
     }
-    pass->stats->prepare_s += 1e-9 * (double)(vd_clock_ns() - start);
+    pass->stats->ground_s += 1e-9 * (double)(ground - start);
+    pass->stats->prepare_s += 1e-9 * (double)(vd_clock_ns() - ground);
     b.target = renderer->target;
+    b.mix = renderer->mix.memory;
     for (int y = 0; y < frame->height && status.code == VD_OK; y += renderer->band_rows) {
         status = draw_band(&b, job, y, pass->stats);
     }

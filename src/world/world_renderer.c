@@ -70,6 +70,8 @@ void vd_world_renderer_destroy(vd_world_renderer **renderer_pointer) {
         return;
     }
     vd_target_destroy(&renderer->target);
+    vd_frame_destroy(&renderer->picture);
+    vd_release(renderer->context, renderer->mix.memory);
     vd_coverage_destroy(&renderer->coverage);
     vd_raster_destroy(&renderer->raster);
     vd_terrain_renderer_destroy(&renderer->ground);

@@ -2,6 +2,7 @@
 #ifndef VEDUTA_WORLD_WORLD_RENDERER_H
 #define VEDUTA_WORLD_WORLD_RENDERER_H
 
+#include "core/buffer.h"
 #include "world/world_internal.h"
 
 struct vd_world_renderer {
@@ -15,7 +16,9 @@ struct vd_world_renderer {
     vd_coverage *coverage;
     vd_list draws, labels; /* of the last picture */
     bool has_labels;
+    vd_frame *picture; /* of the ground alone */
     vd_target *target; /* a band of the picture */
+    vd_buffer mix;     /* what is in the band's tiles */
     int band_width, band_rows;
     vd_line_view lines;
 };
