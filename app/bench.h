@@ -125,7 +125,7 @@ bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startu
     bench_memory, bench_bricks, bench_formula, bench_sharing, bench_counters, bench_raster,
     bench_raster_levels, bench_raster_triangles, bench_raster_bins, bench_raster_small,
     bench_raster_tiles, bench_raster_resolve, bench_splat, bench_splat_sort, bench_coverage,
-    bench_sweep_classic, bench_sweep_shadow;
+    bench_sweep_classic, bench_sweep_shadow, bench_world;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 
@@ -207,6 +207,10 @@ bench_work bench_draw_classic, bench_draw_terrain;
 
 /* The lens cases' view of the bench's own map, one sample a pixel. */
 void bench_set_lens_view(bench_scene *s);
+
+/* A case's camera; everything that the renderer of terrain has, on. */
+void bench_set_camera(bench_scene *s, const bench_camera *camera);
+void bench_set_everything(bench_scene *s);
 
 /* Measures the classic picture of a scene by one method; `result` comes from bench_result_of. */
 VD_MUST_USE vd_status bench_classic_method(bench_run *run, bench_scene *s, vd_classic_method method,

@@ -181,7 +181,7 @@ vd_status bench_classic(bench_run *run, const bench_case *self) {
 
 /* ---- lens -------------------------------------------------------------------------------------*/
 
-static void set_camera(bench_scene *s, const bench_camera *camera) {
+void bench_set_camera(bench_scene *s, const bench_camera *camera) {
     s->camera.eye = vd_vec3_make(camera->x, camera->y, camera->z);
     s->camera.orientation = vd_orientation_from_angles(camera->heading * VD_RADIANS_PER_DEGREE,
                                                        camera->pitch * VD_RADIANS_PER_DEGREE, 0.0);
@@ -194,12 +194,11 @@ static void set_camera(bench_scene *s, const bench_camera *camera) {
 void bench_set_lens_view(bench_scene *s) {
     /* From above the southern half of the map, northwards and a little down. */
     static const bench_camera camera = {512, -900, 180, 0, -18, 50};
-    set_camera(s, &camera);
+    bench_set_camera(s, &camera);
     s->terrain.samples = 1;
 }
 
-/* Everything that the renderer has, on. */
-static void set_everything(bench_scene *s) {
+void bench_set_everything(bench_scene *s) {
     if (vd_colormap_find("terrain", &s->colormap)) {
         s->terrain.colormap = &s->colormap;
     }
@@ -222,8 +221,8 @@ static vd_status measure_lens(bench_run *run, const bench_case *self, vd_isa isa
         return status;
     }
     if (views) {
-        set_camera(&s, self->camera);
-        set_everything(&s);
+        bench_set_camera(&s, self->camera);
+        bench_set_everything(&s);
     } else {
         bench_set_lens_view(&s);
     }
@@ -273,8 +272,8 @@ static vd_status measure_endless(bench_run *run, const bench_case *self, const f
         return status;
     }
     const bench_camera camera = {0, -1000, view->eye_m, 0, -10, 40};
-    set_camera(&s, &camera);
-    set_everything(&s);
+    bench_set_camera(&s, &camera);
+    bench_set_everything(&s);
     s.terrain.light.haze_m = 46e3; /* 7 of these are drawn: 322 km */
     s.terrain.curvature = false;
     s.terrain.heightfield = NULL;
