@@ -155,38 +155,85 @@ typedef struct mixing {
     uint8_t *mixed; /* [height][to->stride] */
 } mixing;
 
-static bool any_thing(const vd_target *to, size_t at) {
-    bool any = false;
+/* Eight bits a channel to sixteen: each times 257. */
+static inline uint64_t widen(const uint8_t *rgba) {
+    uint32_t c;
+    memcpy(&c, rgba, sizeof c);
+    const uint64_t two = (c & 0xffffu) | (uint64_t)(c & 0xffff0000u) << 16;
+    return ((two & 0x000000ff000000ffu) | (two & 0x0000ff000000ff00u) << 8) * 257u;
+}
+
+/* Marks the pixels of a part of a row that some sample shows something in. */
+static void mark_things(const vd_target *to, size_t at, int count, uint8_t *mixed) {
+    uint32_t ids[VD_TERRAIN_MIX_TILE] = {0};
     for (int s = 0; s < to->samples; s++) {
-        any = any || to->id[(size_t)s * to->plane + at] != 0;
+        const uint32_t *id = to->id + (size_t)s * to->plane + at;
+        for (int x = 0; x < count; x++) {
+            ids[x] |= id[x];
+        }
     }
-    return any;
+    for (int x = 0; x < count; x++) {
+        mixed[x] = ids[x] != 0;
+    }
+}
+
+/* Gives the ground's colour and depth to a sample of the pixels that are not mixed, which are
+ * empty.
+ */
+static void place_ground(const mixing *m, size_t at, size_t ground, int count,
+                         const uint8_t *mixed) {
+    const uint8_t *rgba = m->ground->rgba + 4 * ground;
+    const float *depth = m->ground->depth + ground;
+    for (int x = 0; x < count; x++) {
+        if (mixed[x] == 0) {
+            const uint64_t color = widen(rgba + 4 * x);
+            memcpy(m->to->color + 4 * (at + (size_t)x), &color, sizeof color);
+            m->to->depth[at + (size_t)x] = depth[x];
+            m->to->id[at + (size_t)x] = depth[x] > 0.0f ? m->id : 0;
+        }
+    }
+}
+
+/* The same with one sample a pixel, where it is nearer than what is there. */
+static void merge_ground(const mixing *m, size_t at, size_t ground, int count) {
+    uint8_t hidden[VD_TERRAIN_MIX_TILE];
+    const float *depth = m->ground->depth + ground, *there = m->to->depth + at;
+    for (int x = 0; x < count; x++) {
+        hidden[x] = there[x] > 0.0f && !(depth[x] > there[x]);
+    }
+    place_ground(m, at, ground, count, hidden);
+}
+
+static void mix_row(const mixing *m, uint8_t mix, int x0, int y, int count) {
+    const vd_target *to = m->to;
+    const size_t at = (size_t)y * to->stride + (size_t)x0;
+    const size_t ground = (size_t)(to->y + y) * m->ground->stride + (size_t)(to->x + x0);
+    if (mix == VD_TERRAIN_MIX_NOTHING || to->samples == 1) {
+        memset(m->mixed + at, 0, (size_t)count);
+        if (mix != VD_TERRAIN_MIX_NOTHING) {
+            merge_ground(m, at, ground, count);
+        }
+        return;
+    }
+    if (mix == VD_TERRAIN_MIX_BLENDED) {
+        memset(m->mixed + at, 1, (size_t)count);
+        return;
+    }
+    mark_things(to, at, count, m->mixed + at);
+    for (int s = 0; s < to->samples; s++) {
+        place_ground(m, (size_t)s * to->plane + at, ground, count, m->mixed + at);
+    }
 }
 
 /* Finds the pixels of a tile that are mixed, and gives the others the ground's. */
 static void mix_tile(void *user, int index, int worker) {
     const mixing *m = user;
-    vd_target *to = m->to;
     const int x0 = index % m->tiles_x * VD_TERRAIN_MIX_TILE;
     const int y0 = index / m->tiles_x * VD_TERRAIN_MIX_TILE;
-    const uint8_t mix = m->mix[index];
+    const int left = m->to->width - x0;
     (void)worker;
-    for (int y = y0; y < y0 + VD_TERRAIN_MIX_TILE && y < to->height; y++) {
-        const size_t there = (size_t)(to->y + y) * m->ground->stride + (size_t)to->x;
-        for (int x = x0; x < x0 + VD_TERRAIN_MIX_TILE && x < to->width; x++) {
-            const size_t at = (size_t)y * to->stride + (size_t)x;
-            const bool mixed = to->samples > 1 && mix != VD_TERRAIN_MIX_NOTHING &&
-                               (mix == VD_TERRAIN_MIX_BLENDED || any_thing(to, at));
-            m->mixed[at] = mixed;
-            if (mixed || mix == VD_TERRAIN_MIX_NOTHING) {
-                continue;
-            }
-            const uint8_t *rgba = m->ground->rgba + 4 * (there + (size_t)x);
-            for (int s = 0; s < to->samples; s++) {
-                merge(to, (size_t)s * to->plane + at, rgba, m->ground->depth[there + (size_t)x],
-                      m->id);
-            }
-        }
+    for (int y = y0; y < y0 + VD_TERRAIN_MIX_TILE && y < m->to->height; y++) {
+        mix_row(m, m->mix[index], x0, y, left < VD_TERRAIN_MIX_TILE ? left : VD_TERRAIN_MIX_TILE);
     }
 }
 
