@@ -369,6 +369,7 @@ static void an_object_alone_is_cut_out(void **state) {
             }
         }
         shown += any;
+        assert_true(vd_world_renderer_cost(renderer, id) > 0.0);
         assert_true(!any || stats.drawn == 1);
     }
     assert_true(shown > 10);

@@ -41,15 +41,6 @@ static bool is_too_small(const gathering *g, vd_vec3 min, vd_vec3 max) {
     return 2.0 * radius * scale < LEAST_PIXELS;
 }
 
-/* How many placed objects stand below a node, for the counters. */
-static uint64_t count_below(const vd_world *world, const vd_node *node) {
-    uint64_t sum = node->count == 0;
-    for (uint32_t i = 0; i < node->count; i++) {
-        sum += count_below(world, &world->nodes[node->first + i]);
-    }
-    return sum;
-}
-
 static vd_status gather(const gathering *g, const vd_node *node);
 
 static vd_status gather_placed(const gathering *g, const vd_node *node) {
@@ -80,7 +71,7 @@ static vd_status gather(const gathering *g, const vd_node *node) {
         why = &stats->too_small;
     }
     if (why != NULL) {
-        *why += count_below(world, node);
+        *why += node->placed;
         return vd_success();
     }
     if (placed) {
@@ -98,7 +89,7 @@ vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass, const vd_n
     const vd_camera *camera = pass->camera;
     g.frustum = vd_camera_frustum(camera, pass->width, pass->height);
     g.view = vd_quat_rotate(camera->orientation, vd_vec3_make(0, 0, 1));
-    pass->stats->objects = count_below(renderer->world, from);
+    pass->stats->objects = from->placed;
     vd_status status = vd_success();
     if (from != renderer->world->nodes) {
         return gather(&g, from);

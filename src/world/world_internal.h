@@ -28,6 +28,7 @@ typedef struct vd_node {
     vd_vec3 min, max;
     uint32_t first, count; /* children: nodes; none: a placed object */
     uint32_t entry;        /* of a placed object */
+    uint32_t placed;       /* placed objects below and here */
     uint64_t id;
 } vd_node;
 

@@ -47,6 +47,10 @@ vd_status vd_world_renderer_create(vd_context *context, vd_job *job, const vd_wo
     terrain.samples = renderer->samples;
     terrain.object_id = vd_object_child_id(0, 1);
     vd_status status = check_samples(renderer->samples);
+    renderer->costs = vd_allocate_zero(context, world->node_count, sizeof *renderer->costs);
+    if (status.code == VD_OK && renderer->costs == NULL) {
+        status = vd_out_of_memory("objects' costs", world->node_count * sizeof *renderer->costs);
+    }
     if (status.code == VD_OK) {
         status = vd_terrain_renderer_create(context, job, &terrain, &renderer->ground);
     }
@@ -75,10 +79,16 @@ void vd_world_renderer_destroy(vd_world_renderer **renderer_pointer) {
     vd_coverage_destroy(&renderer->coverage);
     vd_raster_destroy(&renderer->raster);
     vd_terrain_renderer_destroy(&renderer->ground);
+    vd_release(renderer->context, renderer->costs);
     vd_release(renderer->context, renderer->draws.data);
     vd_release(renderer->context, renderer->labels.data);
     vd_release(renderer->context, renderer);
     *renderer_pointer = NULL;
+}
+
+double vd_world_renderer_cost(const vd_world_renderer *renderer, uint64_t id) {
+    const vd_node *node = vd_world_node(renderer->world, id);
+    return node != NULL ? (double)renderer->costs[node - renderer->world->nodes] : 0.0;
 }
 
 vd_status vd_world_renderer_light(vd_world_renderer *renderer, vd_job *job, const vd_light *light) {
@@ -174,7 +184,11 @@ vd_status vd_world_renderer_draw_object(vd_world_renderer *renderer, vd_job *job
     const vd_terrain_def kept = *look;
     look->sky = false;
     look->background = (vd_rgba8){0, 0, 0, 0};
+    const uint64_t start = vd_clock_ns();
     const vd_status status = draw(renderer, job, &pass, from, frame);
+    const float seconds = 1e-9f * (float)(vd_clock_ns() - start);
+    float *cost = &renderer->costs[from - renderer->world->nodes];
+    *cost = *cost > 0.0f ? 0.8f * *cost + 0.2f * seconds : seconds;
     *look = kept;
     if (stats != NULL) {
         *stats = own;

@@ -14,6 +14,7 @@ struct vd_world_renderer {
     vd_terrain_renderer *ground;
     vd_raster *raster;
     vd_coverage *coverage;
+    float *costs;          /* [world->node_count], seconds; 0: never drawn alone */
     vd_list draws, labels; /* of the last picture */
     bool has_labels;
     vd_frame *picture; /* of the ground alone */
