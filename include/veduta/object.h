@@ -39,8 +39,7 @@ typedef struct vd_object {
     uint64_t id;          /* its path; 0 until it stands in a tree */
     vd_vec3 anchor;       /* metres, on multiples of 2^-10 */
     float min[3], max[3]; /* bounds relative to the anchor, metres */
-    float cost_s;         /* processor seconds that drawing it takes, smoothed; 0: not known */
-    uint32_t reserved;
+    uint32_t reserved[2];
 } vd_object;
 
 /* The largest bounds' half-extent and the farthest anchor, metres. */

@@ -152,7 +152,7 @@ static const char *wrong_head(const vd_object *object) {
             return "the bounds";
         }
     }
-    return object->cost_s >= 0.0f && isfinite(object->cost_s) ? NULL : "the cost";
+    return NULL;
 }
 
 vd_status vd_object_validate(const void *block, size_t size_bytes) {
