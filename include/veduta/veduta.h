@@ -24,6 +24,7 @@
 #include <veduta/object.h>
 #include <veduta/particle_source.h>
 #include <veduta/particles.h>
+#include <veduta/peaks.h>
 #include <veduta/picture.h>
 #include <veduta/raster.h>
 #include <veduta/shader.h>
