@@ -11,6 +11,9 @@ vd_status vd_geo_module_open(const char *purpose, vd_geo_module *out) {
         .def_default = vd_geo_def_default,
         .load_dem = vd_geo_load_dem,
         .load_color = vd_geo_load_color,
+        .features_def_default = vd_geo_features_def_default,
+        .load_features = vd_geo_load_features,
+        .features_destroy = vd_features_destroy,
         .from_lonlat = vd_geo_from_lonlat,
         .to_lonlat = vd_geo_to_lonlat,
         .describe = vd_geo_describe,
@@ -36,9 +39,15 @@ vd_status vd_geo_module_open(const char *purpose, vd_geo_module *out) {
         const char *name;
         void *function; /* where the address goes */
     } symbols[] = {
-        {"vd_geo_def_default", &made.def_default}, {"vd_geo_load_dem", &made.load_dem},
-        {"vd_geo_load_color", &made.load_color},   {"vd_geo_from_lonlat", &made.from_lonlat},
-        {"vd_geo_to_lonlat", &made.to_lonlat},     {"vd_geo_describe", &made.describe},
+        {"vd_geo_def_default", &made.def_default},
+        {"vd_geo_load_dem", &made.load_dem},
+        {"vd_geo_load_color", &made.load_color},
+        {"vd_geo_from_lonlat", &made.from_lonlat},
+        {"vd_geo_to_lonlat", &made.to_lonlat},
+        {"vd_geo_describe", &made.describe},
+        {"vd_geo_features_def_default", &made.features_def_default},
+        {"vd_geo_load_features", &made.load_features},
+        {"vd_features_destroy", &made.features_destroy},
     };
     for (size_t i = 0; i < sizeof symbols / sizeof symbols[0]; i++) {
         void *address = dlsym(library, symbols[i].name);

@@ -15,6 +15,10 @@ typedef struct vd_geo_module {
     vd_status (*load_color)(vd_context *context, const char *path, const vd_dem *dem,
                             const int bands[3], vd_picture **out, double color_from_sample[6],
                             bool *placed);
+    vd_geo_features_def (*features_def_default)(void);
+    vd_status (*load_features)(vd_context *context, const char *path,
+                               const vd_geo_features_def *def, vd_features **out);
+    void (*features_destroy)(vd_features **features);
     vd_status (*from_lonlat)(vd_context *context, const char *crs, double lon, double lat,
                              double *x, double *y);
     vd_status (*to_lonlat)(vd_context *context, const char *crs, double x, double y, double *lon,

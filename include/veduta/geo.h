@@ -1,7 +1,8 @@
 /* geo.h: everything GDAL reads (library veduta-io).
  *
- * Elevation and imagery in any of GDAL's formats and any coordinate reference system. Kept out of
- * the core library so that an embedder who does not need it does not link GDAL.
+ * Elevation, imagery, and points, lines and polygons in any of GDAL's formats and any coordinate
+ * reference system. Kept out of the core library so that an embedder who does not need it does not
+ * link GDAL.
  */
 #ifndef VEDUTA_GEO_H
 #define VEDUTA_GEO_H
@@ -47,6 +48,63 @@ VD_API VD_MUST_USE vd_status vd_geo_load_color(vd_context *context, const char *
                                                const vd_dem *dem, const int bands[3],
                                                vd_picture **out, double color_from_sample[6],
                                                bool *placed);
+
+/* ---- points, lines, polygons ----------------------------------------------------------------- */
+
+typedef enum vd_feature_kind {
+    VD_FEATURE_POINT = 0, /* one part of one point */
+    VD_FEATURE_LINE,      /* parts of two and more points: the segments of a track */
+    VD_FEATURE_POLYGON,   /* parts are rings whose last point is the first again; the first ring is
+                             the outline, others are holes */
+    VD_FEATURE_KIND_COUNT
+} vd_feature_kind;
+
+typedef struct vd_feature {
+    vd_feature_kind kind;
+    bool has_z; /* its points have heights */
+    size_t first_part, part_count;
+    size_t name; /* where its name begins in vd_features.names; 0: it has none */
+} vd_feature;
+
+/* What a file holds, in its order. */
+typedef struct vd_features {
+    vd_context *context;
+    size_t count, part_count, point_count;
+    vd_feature *features;
+    size_t *parts;       /* [part_count + 1]: the first point of each part, then point_count */
+    double (*points)[3]; /* [point_count]: x, y (longitude, latitude), height in metres or 0 */
+    size_t name_bytes;
+    char *names; /* UTF-8, each ended by NUL; the first is empty */
+} vd_features;
+
+typedef struct vd_geo_features_def {
+    const char *name_field; /* the property that names a feature; null: the first that there is of
+                               name, title, label, in any case */
+    const char *crs;        /* WKT or code of what x and y are to be; null: WGS 84 longitude and
+                               latitude in degrees */
+    size_t max_points;      /* more are an error; 0: 10 million */
+} vd_geo_features_def;
+
+VD_API vd_geo_features_def vd_geo_features_def_default(void);
+
+/* Reads all layers of a vector file: GeoJSON, GPX, KML, Shapefile, GeoPackage and whatever else
+ * GDAL knows. *out is owned by the caller. `def` may be null. Of GPX, waypoints, routes and tracks
+ * are read, a track's segments as its parts. Multipoints and multipolygons become several features
+ * of one name; a line, or segment, of a single point becomes a point; curves become chords. Heights
+ * that are all 0 are none: GPX without elevation and KML that lies on the ground. A file without a
+ * CRS is taken as longitude and latitude when it can be, else as `crs`, which the log says.
+ * Returns VD_ERROR_ARGUMENT (no path, an unknown CRS, no such property: the sentence lists those
+ * that there are), VD_ERROR_IO, VD_ERROR_FORMAT (not a vector file, damaged, a position that is
+ * none or that the CRS does not cover), VD_ERROR_EMPTY (no geometry), VD_ERROR_LIMIT,
+ * VD_ERROR_MEMORY; *out is written on success only. Cost: about a microsecond a point. */
+VD_API VD_MUST_USE vd_status vd_geo_load_features(vd_context *context, const char *path,
+                                                  const vd_geo_features_def *def,
+                                                  vd_features **out);
+
+/* Ends features and sets *features to null. Null is accepted. */
+VD_API void vd_features_destroy(vd_features **features);
+
+/* ---- positions and files --------------------------------------------------------------------- */
 
 /* Converts longitude and latitude (degrees, WGS 84) to coordinates of `crs` (WKT or code), and
  * back. Returns VD_ERROR_ARGUMENT when PROJ cannot. */

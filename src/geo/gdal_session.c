@@ -136,7 +136,7 @@ GDALRasterBandH vd_gdal_alpha(GDALDatasetH dataset) {
 }
 
 /* Says why GDAL opened nothing. */
-static vd_status explain_open(const vd_gdal_session *session, const char *path) {
+static vd_status explain_open(const vd_gdal_session *session, const char *path, bool vector) {
     struct stat info;
     if (stat(path, &info) != 0) {
         if (errno == ENOENT && strchr(path, ':') == NULL && strncmp(path, "/vsi", 4) != 0) {
@@ -149,8 +149,8 @@ static vd_status explain_open(const vd_gdal_session *session, const char *path) 
     if (S_ISDIR(info.st_mode)) {
         return vd_failure(VD_ERROR_IO,
                           "cannot read %s: it is a folder, and not one that GDAL knows as a "
-                          "raster; give a file",
-                          path);
+                          "%s; give a file",
+                          path, vector ? "vector file" : "raster");
     }
     if (access(path, R_OK) != 0) {
         return vd_failure(
@@ -165,8 +165,8 @@ static vd_status explain_open(const vd_gdal_session *session, const char *path) 
                                "get the file again");
     }
     return vd_failure(VD_ERROR_FORMAT,
-                      "cannot read %s: GDAL does not know its format; convert it to GeoTIFF or PNG",
-                      path);
+                      "cannot read %s: GDAL does not know its format; convert it to %s", path,
+                      vector ? "GeoJSON or GPX" : "GeoTIFF or PNG");
 }
 
 /* True when the file holds vector data; fills the sentence for it. */
@@ -210,7 +210,7 @@ vd_status vd_gdal_open(vd_gdal_session *session, const char *path, GDALDatasetH 
     const unsigned flags = GDAL_OF_RASTER | GDAL_OF_READONLY;
     GDALDatasetH dataset = GDALOpenEx(path, flags | GDAL_OF_VERBOSE_ERROR, NULL, NULL, NULL);
     if (dataset == NULL) {
-        vd_status status = explain_open(session, path);
+        vd_status status = explain_open(session, path, false);
         if (status.code == VD_ERROR_FORMAT) {
             (void)explain_vector(path, &status);
         }
@@ -239,6 +239,33 @@ vd_status vd_gdal_open(vd_gdal_session *session, const char *path, GDALDatasetH 
             return status;
         }
         dataset = only;
+    }
+    vd_gdal_clear(session);
+    *out = dataset;
+    return vd_success();
+}
+
+vd_status vd_gdal_open_vector(vd_gdal_session *session, const char *path, GDALDatasetH *out) {
+    if (path == NULL || path[0] == '\0') {
+        return vd_failure(VD_ERROR_ARGUMENT, "the path of a vector file is empty; name a file");
+    }
+    vd_gdal_clear(session);
+    GDALDatasetH dataset = GDALOpenEx(
+        path, GDAL_OF_VECTOR | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR, NULL, NULL, NULL);
+    if (dataset == NULL) {
+        vd_status status = explain_open(session, path, true);
+        GDALDatasetH raster =
+            status.code == VD_ERROR_FORMAT
+                ? GDALOpenEx(path, GDAL_OF_RASTER | GDAL_OF_READONLY, NULL, NULL, NULL)
+                : NULL;
+        if (raster != NULL) {
+            status = vd_failure(VD_ERROR_FORMAT,
+                                "cannot read %s: it is a raster (%s), and holds no points, lines "
+                                "or polygons; give a vector file, such as GeoJSON or GPX",
+                                path, GDALGetDriverLongName(GDALGetDatasetDriver(raster)));
+            GDALClose(raster);
+        }
+        return status;
     }
     vd_gdal_clear(session);
     *out = dataset;

@@ -37,6 +37,11 @@ void vd_gdal_log(vd_gdal_session *session, vd_log_level level, const char *forma
  * closed by GDALClose. Returns VD_ERROR_ARGUMENT (no path), VD_ERROR_IO or VD_ERROR_FORMAT. */
 VD_MUST_USE vd_status vd_gdal_open(vd_gdal_session *session, const char *path, GDALDatasetH *out);
 
+/* Opens a file of points, lines and polygons. *out is closed by GDALClose. Returns as vd_gdal_open.
+ */
+VD_MUST_USE vd_status vd_gdal_open_vector(vd_gdal_session *session, const char *path,
+                                          GDALDatasetH *out);
+
 /* Returns the failure of an operation on a file, with GDAL's words. `what` is a clause such as
  * "its heights cannot be read"; `remedy` follows a semicolon. */
 vd_status vd_gdal_failure(const vd_gdal_session *session, vd_code code, const char *path,
