@@ -1,5 +1,5 @@
 /* veduta.h: the whole core library in one include (geo.h belongs to veduta-io, model_import.h to
- * veduta-model, snapshot.h to veduta-snapshot: they are separate). */
+ * veduta-model, snapshot.h to veduta-snapshot, text.h to veduta-text: they are separate). */
 #ifndef VEDUTA_VEDUTA_H
 #define VEDUTA_VEDUTA_H
 
@@ -22,6 +22,7 @@
 #include <veduta/mesh.h>
 #include <veduta/model.h>
 #include <veduta/object.h>
+#include <veduta/outline.h>
 #include <veduta/particle_source.h>
 #include <veduta/particles.h>
 #include <veduta/peaks.h>
