@@ -1,13 +1,11 @@
 /* A world's tree, and its pictures. */
 #include <math.h>
 #include <veduta/veduta.h>
+#include "image/blended.h"
 #include "image/image.h"
 #include "raster/raster_run.h"
-#include "raster_scenes.h"
 #include "terrain/lens_renderer.h"
-#include "world/world_renderer.h"
-
-enum { WIDTH = 150, HEIGHT = 110, CELLS = 129 };
+#include "world_scenes.h"
 
 /* ---- ids --------------------------------------------------------------------------------------*/
 
@@ -28,124 +26,6 @@ static void ids_are_paths(void **state) {
     assert_int_equal(vd_object_depth(deep), 8);
     assert_true(vd_object_child_id(deep, 1) == 0);
     assert_true(vd_object_child_id(a, 0) == 0 && vd_object_child_id(a, 256) == 0);
-}
-
-/* ---- scenes -----------------------------------------------------------------------------------*/
-
-/* Hills over 1,280 m around a middle. */
-static vd_heightfield *hills(vd_context *context, vd_vec3 middle) {
-    static float heights[CELLS * CELLS];
-    for (int r = 0; r < CELLS; r++) {
-        for (int c = 0; c < CELLS; c++) {
-            const double x = (c - 64) * 0.11, y = (r - 64) * 0.07;
-            heights[r * CELLS + c] =
-                (float)(middle.z + 40.0 * sin(x) * cos(y) + 15.0 * sin(2.3 * x + y));
-        }
-    }
-    vd_heightfield_def def = vd_heightfield_def_default();
-    def.width = def.height = CELLS;
-    def.height_stride = CELLS;
-    def.type = VD_HEIGHT_F32;
-    def.heights = heights;
-    const double place[6] = {middle.x - 640, 10, 0, middle.y + 640, 0, -10};
-    memcpy(def.world_from_sample, place, sizeof place);
-    vd_heightfield *map = NULL;
-    assert_ok(vd_heightfield_create(context, &def, &map));
-    return map;
-}
-
-static vd_model *ball(vd_context *context) {
-    static double positions[9 * 16][3];
-    static uint32_t triangles[8 * 16 * 2][3];
-    for (int r = 0; r <= 8; r++) {
-        for (int s = 0; s < 16; s++) {
-            const double a = 3.14159265358979 * r / 8, b = 6.28318530717959 * s / 16;
-            positions[r * 16 + s][0] = 6 * sin(a) * cos(b);
-            positions[r * 16 + s][1] = 6 * sin(a) * sin(b);
-            positions[r * 16 + s][2] = 6 - 6 * cos(a);
-        }
-    }
-    size_t count = 0;
-    for (uint32_t r = 0; r < 8; r++) {
-        for (uint32_t s = 0; s < 16; s++) {
-            const uint32_t n = (s + 1) % 16, a = r * 16, b = a + 16;
-            const uint32_t made[2][3] = {{a + s, a + n, b + s}, {a + n, b + n, b + s}};
-            memcpy(triangles[count], made, sizeof made);
-            count += 2;
-        }
-    }
-    const vd_model_source source = {.name = "ball",
-                                    .format = "test",
-                                    .vertex_count = 9 * 16,
-                                    .positions = (const double(*)[3])positions,
-                                    .triangle_count = count,
-                                    .triangles = (const uint32_t(*)[3])triangles};
-    vd_model *model = NULL;
-    assert_ok(vd_model_create(context, &source, &model));
-    return model;
-}
-
-/* A world of hills with balls, a sprite and a line on them, moved as a whole. */
-static vd_world *make_world(vd_context *context, const vd_heightfield *map, vd_vec3 middle,
-                            int balls, uint64_t seed) {
-    vd_world_def def = vd_world_def_default();
-    def.terrain.heightfield = map;
-    vd_world *world = NULL;
-    assert_ok(vd_world_create(context, &def, &world));
-    vd_model *model = ball(context);
-    uint32_t number = 0, picture = 0;
-    vd_instance_def instance = {0};
-    vd_model_bounds(model, &instance.min, &instance.max);
-    assert_ok(vd_world_add_model(world, &model, &number));
-    assert_null(model);
-    vd_object *object = NULL;
-    for (int i = 0; i < balls; i++) {
-        const double x = floor(1100 * (test_uniform(&seed) - 0.5)) + middle.x;
-        const double y = floor(1100 * (test_uniform(&seed) - 0.5)) + middle.y;
-        const double z = floor(vd_world_ground(world, x, y) - middle.z) - 3 + middle.z;
-        const vd_quat turn =
-            vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), 6 * test_uniform(&seed));
-        const vd_matrix turned = vd_matrix_rotation(turn);
-        const vd_matrix moved = vd_matrix_translation(vd_vec3_make(x, y, z));
-        instance.model = number;
-        instance.transform = vd_matrix_multiply(&moved, &turned);
-        assert_ok(vd_instance_create(context, &instance, &object));
-        assert_ok(vd_world_add(world, &object));
-    }
-    uint8_t pixels[8 * 8 * 4];
-    for (int i = 0; i < 64; i++) {
-        const bool in = (i % 8 - 4) * (i % 8 - 4) + (i / 8 - 4) * (i / 8 - 4) < 12;
-        const uint8_t texel[4] = {200, 40, 30, in ? 255 : 0};
-        memcpy(pixels + 4 * i, texel, 4);
-    }
-    const vd_picture red = {.context = context,
-                            .width = 8,
-                            .height = 8,
-                            .channels = 4,
-                            .bits = 8,
-                            .stride_bytes = 32,
-                            .data = pixels};
-    assert_ok(vd_world_add_picture(world, &red, &picture));
-    const vd_sprite_def sprite = {
-        picture, vd_vec3_make(middle.x + 20, middle.y - 180, middle.z + 9), 40, 50, false};
-    assert_ok(vd_sprite_create(context, &sprite, &object));
-    assert_ok(vd_world_add(world, &object));
-    const vd_vec3 points[3] = {{middle.x - 200, middle.y - 200, middle.z + 40},
-                               {middle.x + 100, middle.y - 100, middle.z + 45},
-                               {middle.x + 250, middle.y + 180, middle.z + 40}};
-    const vd_line_def line = {points, 3, false, 2.5, {10, 20, 220, 255}};
-    assert_ok(vd_line_create(context, &line, &object));
-    assert_ok(vd_world_add(world, &object));
-    assert_ok(vd_world_arrange(world, NULL));
-    return world;
-}
-
-static vd_camera looking(vd_vec3 middle) {
-    vd_camera camera = {.near_m = 1.0};
-    camera.eye = vd_vec3_add(middle, vd_vec3_make(-30, -420, 130));
-    camera.orientation = vd_orientation_from_angles(0.1, -0.25, 0.0);
-    camera.lens = vd_lens_from_fov(0.9, WIDTH, HEIGHT);
-    return camera;
 }
 
 static vd_frame *draw_world(vd_context *context, const vd_world *world, const vd_camera *camera,
@@ -294,12 +174,9 @@ static void things_and_ground_meet_sample_by_sample(void **state) {
     assert_ok(vd_world_renderer_draw(renderer, NULL, &camera, frame, NULL));
 
     /* What was rasterized is still there: into one target, all samples of the ground over it. */
-    vd_target *target = NULL, *things = NULL;
+    vd_target *target = NULL;
     uint32_t id = 0;
     assert_ok(vd_target_create(context, WIDTH, HEIGHT, 4, &target));
-    assert_ok(vd_target_create(context, WIDTH, HEIGHT, 4, &things));
-    vd_target_clear(things, (uint16_t[4]){0, 0, 0, 0});
-    vd_raster_draw(renderer->raster, things, 0);
     vd_target_clear(target, (uint16_t[4]){0, 0, 0, 0});
     vd_raster_draw(renderer->raster, target, 0);
     assert_ok(vd_frame_add_object(all, renderer->ground->def.object_id, &id));
@@ -316,23 +193,22 @@ static void things_and_ground_meet_sample_by_sample(void **state) {
     for (int y = 0; y < HEIGHT; y++) {
         for (int x = 0; x < WIDTH; x++) {
             const size_t i = (size_t)y * frame->stride + (size_t)x;
-            bool thing = false, blends = false;
+            bool thing = false;
             for (int s = 0; s < 4; s++) {
-                thing = thing || things->id[(size_t)s * things->plane + (size_t)y * things->stride +
-                                            (size_t)x] != 0;
+                const size_t at =
+                    (size_t)s * target->plane + (size_t)y * target->stride + (size_t)x;
+                thing = thing || (target->id[at] != 0 && target->id[at] != id) ||
+                        vd_blended_any(&target->blended[at]);
             }
-            const vd_target tile = {.x = x / 64 * 64, .y = y / 64 * 64, .width = 64, .height = 64};
-            (void)vd_raster_window_any(renderer->raster, &tile, &blends);
-            const vd_frame *wanted = thing || blends ? all : ground;
+            const vd_frame *wanted = thing ? all : ground;
             mixed += thing && frame->id[i] == id;
-            plain += !thing && !blends;
+            plain += !thing;
             assert_memory_equal(frame->rgba + 4 * i, wanted->rgba + 4 * i, 4);
             assert_memory_equal(frame->depth + i, wanted->depth + i, 4);
         }
     }
     assert_true(mixed > 50 && plain > 1000);
     vd_target_destroy(&target);
-    vd_target_destroy(&things);
     vd_frame_destroy(&frame);
     vd_frame_destroy(&all);
     vd_frame_destroy(&ground);
@@ -342,7 +218,49 @@ static void things_and_ground_meet_sample_by_sample(void **state) {
     vd_context_destroy(&context);
 }
 
-/* What the walk leaves out is not seen: a world of one group has the same picture. */
+/* What the horizon hides is not seen. */
+static void what_is_hidden_is_not_seen(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    const vd_vec3 middle = {0, 0, 0};
+    vd_heightfield *map = hills(context, middle);
+    uint64_t random = 5, hidden = 0;
+    vd_world *world = make_world(context, map, middle, 400, 3);
+    for (int i = 0; i < 40; i++) {
+        vd_camera camera = looking(middle);
+        camera.eye =
+            vd_vec3_make(1200 * test_uniform(&random) - 600, 1200 * test_uniform(&random) - 600, 0);
+        camera.eye.z =
+            vd_world_ground(world, camera.eye.x, camera.eye.y) + 2 + 60 * test_uniform(&random);
+        camera.orientation = vd_orientation_from_angles(6.28 * test_uniform(&random),
+                                                        -0.2 * test_uniform(&random), 0);
+        vd_frame *frames[2] = {NULL, NULL};
+        for (int k = 0; k < 2; k++) {
+            vd_world_renderer *renderer = NULL;
+            vd_world_stats stats;
+            assert_ok(vd_frame_create(context, WIDTH, HEIGHT, VD_PLANE_DEPTH, &frames[k]));
+            assert_ok(vd_world_renderer_create(context, NULL, world, NULL, &renderer));
+            if (k == 1) {
+                vd_horizon_map_destroy(&renderer->horizon_map);
+            }
+            assert_ok(vd_world_renderer_draw(renderer, NULL, &camera, frames[k], &stats));
+            assert_true(stats.objects ==
+                        stats.drawn + stats.hidden + stats.outside + stats.too_small);
+            hidden += stats.hidden;
+            vd_world_renderer_destroy(&renderer);
+        }
+        assert_memory_equal(frames[0]->rgba, frames[1]->rgba, frames[0]->stride * HEIGHT * 4);
+        assert_memory_equal(frames[0]->depth, frames[1]->depth, frames[0]->stride * HEIGHT * 4);
+        vd_frame_destroy(&frames[0]);
+        vd_frame_destroy(&frames[1]);
+    }
+    assert_true(hidden > 500);
+    vd_world_destroy(&world);
+    vd_heightfield_destroy(context, &map);
+    vd_context_destroy(&context);
+}
+
+/* A picture of one object has its pixels and no other's. */
 static void an_object_alone_is_cut_out(void **state) {
     (void)state;
     vd_context *context = test_context(2, VD_ISA_AUTO);
@@ -437,6 +355,7 @@ int main(void) {
         cmocka_unit_test(moving_the_world_changes_no_byte),
         cmocka_unit_test(threads_and_levels_change_no_byte),
         cmocka_unit_test(things_and_ground_meet_sample_by_sample),
+        cmocka_unit_test(what_is_hidden_is_not_seen),
         cmocka_unit_test(an_object_alone_is_cut_out),
         cmocka_unit_test(blocks_are_checked),
     };

@@ -2,6 +2,7 @@
 #ifndef VEDUTA_TERRAIN_LENS_RENDERER_H
 #define VEDUTA_TERRAIN_LENS_RENDERER_H
 
+#include <string.h>
 #include "core/buffer.h"
 #include "terrain/lens_function.h"
 #include "terrain/lens_view.h"
@@ -61,6 +62,19 @@ VD_MUST_USE vd_status vd_terrain_composite_among(vd_terrain_renderer *renderer, 
                                                  const vd_camera *camera, uint32_t terrain_id,
                                                  const vd_frame *ground, const uint8_t *mix,
                                                  vd_target *target, vd_frame_stats *stats);
+
+/* Puts a pixel of the terrain's picture at a sample of a target. */
+static inline void vd_terrain_place(vd_target *to, size_t at, const uint8_t *rgba, float depth,
+                                    uint32_t id) {
+    uint32_t c;
+    memcpy(&c, rgba, sizeof c);
+    /* Eight bits a channel to sixteen: each times 257. */
+    const uint64_t two = (c & 0xffffu) | (uint64_t)(c & 0xffff0000u) << 16;
+    const uint64_t four = ((two & 0x000000ff000000ffu) | (two & 0x0000ff000000ff00u) << 8) * 257u;
+    memcpy(to->color + 4 * at, &four, sizeof four);
+    to->depth[at] = depth;
+    to->id[at] = depth > 0.0f ? id : 0;
+}
 
 /* Returns the kernels of a level (VD_ISA_V2 … VD_ISA_V4). */
 const vd_lens_methods *vd_lens_methods_for(vd_isa isa);

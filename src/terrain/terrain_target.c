@@ -28,14 +28,9 @@ typedef struct merging {
 /* Puts one pixel of the terrain at a sample where it is nearer, or where nothing is. */
 static inline void merge(vd_target *to, size_t at, const uint8_t *rgba, float depth, uint32_t id) {
     const bool nothing = to->id[at] == 0 && to->depth[at] == 0.0f;
-    if (!nothing && !(depth > to->depth[at])) {
-        return;
+    if (nothing || depth > to->depth[at]) {
+        vd_terrain_place(to, at, rgba, depth, id);
     }
-    for (int c = 0; c < 4; c++) {
-        to->color[4 * at + (size_t)c] = (uint16_t)(rgba[c] * 257u);
-    }
-    to->depth[at] = depth;
-    to->id[at] = depth > 0.0f ? id : 0;
 }
 
 static void merge_row(const merging *m, int y) {
@@ -155,14 +150,6 @@ typedef struct mixing {
     uint8_t *mixed; /* [height][to->stride] */
 } mixing;
 
-/* Eight bits a channel to sixteen: each times 257. */
-static inline uint64_t widen(const uint8_t *rgba) {
-    uint32_t c;
-    memcpy(&c, rgba, sizeof c);
-    const uint64_t two = (c & 0xffffu) | (uint64_t)(c & 0xffff0000u) << 16;
-    return ((two & 0x000000ff000000ffu) | (two & 0x0000ff000000ff00u) << 8) * 257u;
-}
-
 /* Marks the pixels of a part of a row that some sample shows something in. */
 static void mark_things(const vd_target *to, size_t at, int count, uint8_t *mixed) {
     uint32_t ids[VD_TERRAIN_MIX_TILE] = {0};
@@ -186,10 +173,7 @@ static void place_ground(const mixing *m, size_t at, size_t ground, int count,
     const float *depth = m->ground->depth + ground;
     for (int x = 0; x < count; x++) {
         if (mixed[x] == 0) {
-            const uint64_t color = widen(rgba + 4 * x);
-            memcpy(m->to->color + 4 * (at + (size_t)x), &color, sizeof color);
-            m->to->depth[at + (size_t)x] = depth[x];
-            m->to->id[at + (size_t)x] = depth[x] > 0.0f ? m->id : 0;
+            vd_terrain_place(m->to, at + (size_t)x, rgba + 4 * x, depth[x], m->id);
         }
     }
 }

@@ -8,6 +8,7 @@
 typedef enum vd_asset_kind { VD_ASSET_MODEL = 0, VD_ASSET_PICTURE } vd_asset_kind;
 
 typedef struct vd_line_view vd_line_view;
+struct vd_horizon;
 
 typedef struct vd_pass {
     vd_context *context;
@@ -19,6 +20,7 @@ typedef struct vd_pass {
     vd_list *labels;           /* const struct vd_label * */
     const vd_line_view *lines; /* uniforms of lines */
     double drop_per_m2;        /* curvature: how much lower things appear, by squared distance */
+    const struct vd_horizon *horizon; /* null: the terrain hides nothing */
     vd_world_stats *stats;
 } vd_pass;
 

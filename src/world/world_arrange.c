@@ -76,6 +76,7 @@ static int count_levels(size_t count, size_t counts[VD_OBJECT_MAX_DEPTH]) {
 
 static vd_node leaf(const vd_world *world, uint32_t entry) {
     vd_node node = {.entry = entry, .placed = 1};
+    node.names = world->entries[entry].object->kind == VD_OBJECT_LABEL;
     vd_object_bounds(world->entries[entry].object, &node.min, &node.max);
     return node;
 }
@@ -118,6 +119,7 @@ static void settle_nodes(vd_world *world) {
         for (uint32_t k = 0; k < nodes[i].count; k++) {
             const vd_node *child = &nodes[nodes[i].first + k];
             nodes[i].placed += child->placed;
+            nodes[i].names = nodes[i].names || child->names;
             nodes[i].min = k == 0 ? child->min : vd_vec3_min(nodes[i].min, child->min);
             nodes[i].max = k == 0 ? child->max : vd_vec3_max(nodes[i].max, child->max);
         }

@@ -97,6 +97,36 @@ static void clear_frame(const band *b, const vd_target *tile) {
     }
 }
 
+/* Whether any sample of a pixel shows something else than the ground. */
+static bool shows_things(const band *b, const vd_target *tile, size_t at, bool list) {
+    bool any = false;
+    for (int s = 0; s < tile->samples && !any; s++) {
+        const size_t sample = (size_t)s * tile->plane + at;
+        any = (tile->id[sample] != 0 && tile->id[sample] != b->ground_id) ||
+              (list && tile->blended[sample].count > 0);
+    }
+    return any;
+}
+
+/* Pixels whose things turned out to be hidden get the ground's own colour again: a picture must not
+ * hang on what of the hidden was culled before. */
+static void settle(const band *b, vd_target *tile, bool list) {
+    const vd_frame *ground = b->renderer->picture;
+    for (int y = 0; y < tile->height && tile->samples > 1 && b->pass->ground; y++) {
+        for (int x = 0; x < tile->width; x++) {
+            const size_t at = (size_t)y * tile->stride + (size_t)x;
+            const size_t from = (size_t)(tile->y + y) * ground->stride + (size_t)(tile->x + x);
+            if (shows_things(b, tile, at, list)) {
+                continue;
+            }
+            for (int s = 0; s < tile->samples; s++) {
+                vd_terrain_place(tile, (size_t)s * tile->plane + at, ground->rgba + 4 * from,
+                                 ground->depth[from], b->ground_id);
+            }
+        }
+    }
+}
+
 static void finish_tile(void *user, int index, int worker) {
     const band *b = user;
     vd_target tile = tile_of(b, index);
@@ -104,11 +134,16 @@ static void finish_tile(void *user, int index, int worker) {
         (b->pass->ground ? copy_ground : clear_frame)(b, &tile);
         return;
     }
-    if (b->mix[index] == VD_TERRAIN_MIX_BLENDED) {
+    const bool blended = b->mix[index] == VD_TERRAIN_MIX_BLENDED;
+    if (!blended) {
+        settle(b, &tile, false);
+    } else {
         vd_target_begin_blended(&tile);
-        do {
+        vd_raster_blend(b->renderer->raster, &tile, worker);
+        settle(b, &tile, true);
+        while (vd_target_blend(&tile)) {
             vd_raster_blend(b->renderer->raster, &tile, worker);
-        } while (vd_target_blend(&tile));
+        }
     }
     vd_target_resolve(&tile, b->frame);
 }

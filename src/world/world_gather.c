@@ -66,9 +66,11 @@ static vd_status gather(const gathering *g, const vd_node *node) {
     uint64_t *why = NULL;
     if (!vd_frustum_touches_box(&g->frustum, min, max)) {
         why = &stats->outside;
-    } else if (kind != VD_OBJECT_LABEL && is_too_small(g, min, max) &&
-               !(kind == VD_OBJECT_GROUP && g->renderer->has_labels)) {
+    } else if (!node->names && is_too_small(g, min, max)) {
         why = &stats->too_small;
+    } else if (!node->names && g->pass->horizon != NULL &&
+               vd_horizon_hides(g->pass->horizon, min, max)) {
+        why = &stats->hidden;
     }
     if (why != NULL) {
         *why += node->placed;

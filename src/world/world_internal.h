@@ -29,6 +29,7 @@ typedef struct vd_node {
     uint32_t first, count; /* children: nodes; none: a placed object */
     uint32_t entry;        /* of a placed object */
     uint32_t placed;       /* placed objects below and here */
+    bool names;            /* a label among them */
     uint64_t id;
 } vd_node;
 

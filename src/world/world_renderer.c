@@ -60,6 +60,16 @@ vd_status vd_world_renderer_create(vd_context *context, vd_job *job, const vd_wo
     if (status.code == VD_OK) {
         status = vd_coverage_create(context, &renderer->coverage);
     }
+    if (status.code == VD_OK) {
+        status = vd_label_layout_create(context, &renderer->over.layout);
+    }
+    if (status.code == VD_OK && terrain.heightfield != NULL && world->no_terrain == NULL) {
+        status = vd_horizon_map_create(context, job, terrain.heightfield, &terrain.window,
+                                       &renderer->horizon_map);
+    }
+    if (status.code == VD_OK) {
+        status = vd_horizon_create(context, &renderer->horizon);
+    }
     if (status.code != VD_OK) {
         vd_world_renderer_destroy(&renderer);
         return status;
@@ -72,6 +82,15 @@ void vd_world_renderer_destroy(vd_world_renderer **renderer_pointer) {
     vd_world_renderer *renderer = renderer_pointer != NULL ? *renderer_pointer : NULL;
     if (renderer == NULL) {
         return;
+    }
+    vd_horizon_map_destroy(&renderer->horizon_map);
+    vd_horizon_destroy(&renderer->horizon);
+    vd_label_layout_destroy(&renderer->over.layout);
+    vd_buffer *const buffers[] = {&renderer->depth,      &renderer->over.requests,
+                                  &renderer->over.spots, &renderer->over.which,
+                                  &renderer->over.parts, &renderer->over.layers};
+    for (size_t i = 0; i < sizeof buffers / sizeof buffers[0]; i++) {
+        vd_release(renderer->context, buffers[i]->memory);
     }
     vd_target_destroy(&renderer->target);
     vd_frame_destroy(&renderer->picture);
@@ -107,7 +126,10 @@ vd_status vd_world_renderer_set_samples(vd_world_renderer *renderer, int samples
     return status;
 }
 
-/* What does not hang on the tree: where lines are seen from, light. */
+/* Fewer objects are not worth a horizon. */
+#define LEAST_HIDDEN 64
+
+/* What does not hang on the tree: where lines are seen from. */
 static void aim(vd_world_renderer *renderer, vd_pass *pass) {
     const bool flat = !renderer->world->def.terrain.curvature;
     pass->drop_per_m2 = flat ? 0.0 : vd_curvature_drop(1.0);
@@ -116,38 +138,20 @@ static void aim(vd_world_renderer *renderer, vd_pass *pass) {
     pass->lines = &renderer->lines;
 }
 
-static vd_status draw(vd_world_renderer *renderer, vd_job *job, vd_pass *pass, const vd_node *from,
-                      vd_frame *frame) {
-    vd_status status = vd_camera_validate(pass->camera);
-    if (status.code != VD_OK) {
-        return status;
+/* What the terrain hides, of a whole world. */
+static vd_status aim_horizon(vd_world_renderer *renderer, vd_job *job, vd_pass *pass) {
+    if (renderer->horizon_map == NULL || renderer->world->node_count < LEAST_HIDDEN) {
+        return vd_success();
     }
-    const uint64_t start = vd_clock_ns();
-    vd_frame_forget_objects(frame);
-    renderer->draws.count = renderer->labels.count = 0;
-    aim(renderer, pass);
-    status = vd_world_gather(renderer, pass, from);
-    if (from == renderer->world->nodes) {
-        pass->ground = true; /* without a terrain it is the sky */
-    }
-    pass->stats->prepare_s = 1e-9 * (double)(vd_clock_ns() - start);
-    if (status.code != VD_OK) {
-        return status;
-    }
-    if (renderer->draws.count == 0 && pass->ground) {
-        const uint64_t ground = vd_clock_ns();
-        status = vd_terrain_renderer_draw(renderer->ground, job, pass->camera, frame,
-                                          &pass->stats->terrain);
-        pass->stats->ground_s = 1e-9 * (double)(vd_clock_ns() - ground);
-    } else {
-        status = vd_world_composite(renderer, job, pass, frame);
-    }
-    return status;
+    vd_horizon_view view;
+    vd_horizon_view_of(&renderer->ground->def, pass->camera, pass->width, pass->height, &view);
+    pass->horizon = renderer->horizon;
+    return vd_horizon_aim(renderer->horizon, job, renderer->horizon_map, &view);
 }
 
-vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
-                                 vd_frame *frame, vd_world_stats *stats) {
-    vd_world_stats own = {.objects = 0};
+static vd_pass begin_pass(vd_world_renderer *renderer, const vd_camera *camera,
+                          const vd_frame *frame, vd_world_stats *stats) {
+    renderer->draws.count = renderer->labels.count = 0;
     vd_pass pass = {.context = renderer->context,
                     .world = renderer->world,
                     .camera = camera,
@@ -155,8 +159,66 @@ vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job, const
                     .height = frame->height,
                     .draws = &renderer->draws,
                     .labels = &renderer->labels,
-                    .stats = &own};
-    const vd_status status = draw(renderer, job, &pass, renderer->world->nodes, frame);
+                    .stats = stats};
+    aim(renderer, &pass);
+    return pass;
+}
+
+/* Gathers and draws what stands at and below a node; the root's pictures have a ground, which
+ * without a terrain is the sky. */
+static vd_status draw(vd_world_renderer *renderer, vd_job *job, vd_pass *pass, const vd_node *from,
+                      vd_frame *frame) {
+    const bool whole = from == renderer->world->nodes;
+    const uint64_t start = vd_clock_ns();
+    vd_frame_forget_objects(frame);
+    vd_status status = whole ? aim_horizon(renderer, job, pass) : vd_success();
+    if (status.code == VD_OK) {
+        status = vd_world_gather(renderer, pass, from);
+    }
+    pass->ground = pass->ground || whole;
+    pass->stats->prepare_s = 1e-9 * (double)(vd_clock_ns() - start);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    if (renderer->draws.count > 0 || !pass->ground) {
+        return vd_world_composite(renderer, job, pass, frame);
+    }
+    const uint64_t ground = vd_clock_ns();
+    status =
+        vd_terrain_renderer_draw(renderer->ground, job, pass->camera, frame, &pass->stats->terrain);
+    pass->stats->ground_s = 1e-9 * (double)(vd_clock_ns() - ground);
+    return status;
+}
+
+/* A picture and what lies over it, into a frame that has depth. */
+static vd_status draw_all(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
+                          vd_frame *frame, vd_world_stats *stats) {
+    vd_pass pass = begin_pass(renderer, camera, frame, stats);
+    vd_status status = draw(renderer, job, &pass, renderer->world->nodes, frame);
+    const uint64_t start = vd_clock_ns();
+    if (status.code == VD_OK) {
+        status = vd_world_draw_over(renderer, job, &pass, frame);
+    }
+    stats->finish_s += 1e-9 * (double)(vd_clock_ns() - start);
+    return status;
+}
+
+vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
+                                 vd_frame *frame, vd_world_stats *stats) {
+    vd_world_stats own = {.objects = 0};
+    vd_status status = vd_camera_validate(camera);
+    const bool lend = renderer->has_labels && frame->depth == NULL;
+    if (status.code == VD_OK && lend) {
+        status = vd_buffer_reserve(renderer->context, &renderer->depth, "a picture's depth",
+                                   frame->stride * (size_t)frame->height, sizeof(float));
+        frame->depth = renderer->depth.memory;
+    }
+    if (status.code == VD_OK) {
+        status = draw_all(renderer, job, camera, frame, &own);
+    }
+    if (lend) {
+        frame->depth = NULL;
+    }
     if (stats != NULL) {
         *stats = own;
     }
@@ -171,21 +233,18 @@ vd_status vd_world_renderer_draw_object(vd_world_renderer *renderer, vd_job *job
         return vd_failure(VD_ERROR_ARGUMENT, "there is no object %016llx in the world",
                           (unsigned long long)id);
     }
+    vd_status status = vd_camera_validate(camera);
+    if (status.code != VD_OK) {
+        return status;
+    }
     vd_world_stats own = {.objects = 0};
-    vd_pass pass = {.context = renderer->context,
-                    .world = renderer->world,
-                    .camera = camera,
-                    .width = frame->width,
-                    .height = frame->height,
-                    .draws = &renderer->draws,
-                    .labels = &renderer->labels,
-                    .stats = &own};
+    vd_pass pass = begin_pass(renderer, camera, frame, &own);
     vd_terrain_def *look = &renderer->ground->def;
     const vd_terrain_def kept = *look;
     look->sky = false;
     look->background = (vd_rgba8){0, 0, 0, 0};
     const uint64_t start = vd_clock_ns();
-    const vd_status status = draw(renderer, job, &pass, from, frame);
+    status = draw(renderer, job, &pass, from, frame);
     const float seconds = 1e-9f * (float)(vd_clock_ns() - start);
     float *cost = &renderer->costs[from - renderer->world->nodes];
     *cost = *cost > 0.0f ? 0.8f * *cost + 0.2f * seconds : seconds;

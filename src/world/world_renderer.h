@@ -2,7 +2,9 @@
 #ifndef VEDUTA_WORLD_WORLD_RENDERER_H
 #define VEDUTA_WORLD_WORLD_RENDERER_H
 
+#include <veduta/label_layout.h>
 #include "core/buffer.h"
+#include "terrain/horizon.h"
 #include "world/world_internal.h"
 
 struct vd_world_renderer {
@@ -22,6 +24,13 @@ struct vd_world_renderer {
     vd_buffer mix;     /* what is in the band's tiles */
     int band_width, band_rows;
     vd_line_view lines;
+    vd_horizon_map *horizon_map; /* null: the terrain hides nothing */
+    vd_horizon *horizon;
+    vd_buffer depth; /* of a picture with names whose frame has none */
+    struct {         /* see world_over.c */
+        vd_label_layout *layout;
+        vd_buffer requests, spots, which, parts, layers;
+    } over;
 };
 
 /* Walks the tree below a node and gathers what may be seen. Returns VD_ERROR_MEMORY. */
@@ -30,6 +39,10 @@ VD_MUST_USE vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass
 
 /* Draws what was gathered into the frame, by bands of a target. */
 VD_MUST_USE vd_status vd_world_composite(vd_world_renderer *renderer, vd_job *job,
+                                         const vd_pass *pass, vd_frame *frame);
+
+/* Draws what lies over the picture: names and the overlay. The frame must have depth. */
+VD_MUST_USE vd_status vd_world_draw_over(vd_world_renderer *renderer, vd_job *job,
                                          const vd_pass *pass, vd_frame *frame);
 
 #endif
