@@ -7,6 +7,7 @@
 #include <veduta/brick_view.h>
 #include <veduta/bricks.h>
 #include <veduta/camera.h>
+#include <veduta/camera_path.h>
 #include <veduta/classic.h>
 #include <veduta/color.h>
 #include <veduta/colormap.h>
