@@ -3,8 +3,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "render_run.h"
-#include "scene.h"
+#include "render_terrain.h"
 #include "view.h"
 
 /* Auto haze: 37 % of the contrast is left at this many diagonals of the scene. A framed terrain is
@@ -231,14 +230,19 @@ static vd_status raise_empty_view(vd_render_run *run, const vd_scene *scene,
     return status;
 }
 
+double vd_render_auto_haze(const vd_scene *scene, double clearance_m) {
+    vd_vec3 low, high;
+    vd_heightfield_bounds(scene->terrain, &low, &high);
+    return fmax(haze_diagonals * vd_vec3_length(vd_vec3_subtract(high, low)),
+                haze_clearances * clearance_m);
+}
+
 /* Haze belongs to a sky, and to distances that mean something. */
 static void settle_haze(const vd_render_settings *s, const vd_scene *scene, const vd_view *view,
                         vd_light *light) {
     if (s->haze == VD_HAZE_AUTO && s->sky && view->camera.projection == VD_PROJECTION_PERSPECTIVE) {
-        vd_vec3 low, high;
-        vd_heightfield_bounds(scene->terrain, &low, &high);
-        light->haze_m = fmax(haze_diagonals * vd_vec3_length(vd_vec3_subtract(high, low)),
-                             haze_clearances * vd_view_clearance_m(scene, view, s->exaggeration));
+        light->haze_m =
+            vd_render_auto_haze(scene, vd_view_clearance_m(scene, view, s->exaggeration));
     }
 }
 
@@ -319,19 +323,16 @@ static vd_status make_view(vd_render_run *run, const vd_scene *scene, vd_terrain
     return status;
 }
 
-static vd_status draw_scene(vd_render_run *run, const vd_scene *scene,
-                            const vd_colormap *colormap) {
-    vd_terrain_def def = make_def(run->settings, scene, colormap);
+static vd_status draw_scene(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def) {
     vd_view view;
-    vd_status status = make_view(run, scene, &def, &view);
+    vd_status status = make_view(run, scene, def, &view);
     if (status.code == VD_OK) {
         status = describe(run, scene, &view);
     }
     if (status.code != VD_OK) {
         return status;
     }
-    return run->settings->dry_run ? estimate(run, &def, &view.camera)
-                                  : draw(run, &def, &view.camera);
+    return run->settings->dry_run ? estimate(run, def, &view.camera) : draw(run, def, &view.camera);
 }
 
 /* Where the data reach from land to the sea floor, colours that stretch over all of it show neither
@@ -346,7 +347,8 @@ static void suggest_colormap(const vd_render_settings *s, const vd_scene *scene,
     }
 }
 
-vd_status vd_render_terrain(vd_render_run *run) {
+vd_status vd_render_load_terrain(vd_render_run *run, vd_scene *scene, vd_colormap *colormap,
+                                 vd_terrain_def *out) {
     const vd_render_settings *s = run->settings;
     if (s->shading && s->sun_altitude < 0.0 && !s->allow_empty) {
         return vd_failure(VD_ERROR_EMPTY,
@@ -355,8 +357,7 @@ vd_status vd_render_terrain(vd_render_run *run) {
                           "(--allow-empty draws it all the same)",
                           -s->sun_altitude);
     }
-    vd_colormap colormap;
-    vd_status status = find_colormap(run->context, s->colormap, &colormap);
+    vd_status status = find_colormap(run->context, s->colormap, colormap);
     if (status.code != VD_OK) {
         run->bad_use = status.code == VD_ERROR_ARGUMENT;
         return status;
@@ -371,14 +372,24 @@ vd_status vd_render_terrain(vd_render_run *run) {
                         .fill_missing = s->fill_missing,
                         .color = s->color,
                         .bands = {s->bands[0], s->bands[1], s->bands[2]}};
-    vd_scene scene = {0};
-    status = vd_scene_load(run->context, &def, &scene);
+    status = vd_scene_load(run->context, &def, scene);
     if (status.code == VD_OK && vd_job_stopped(run->job)) {
         status = vd_failure(VD_ERROR_CANCELLED, "cancelled");
     }
     if (status.code == VD_OK) {
-        suggest_colormap(s, &scene, &colormap);
-        status = draw_scene(run, &scene, &colormap);
+        suggest_colormap(s, scene, colormap);
+        *out = make_def(s, scene, colormap);
+    }
+    return status;
+}
+
+vd_status vd_render_terrain(vd_render_run *run) {
+    vd_scene scene = {0};
+    vd_colormap colormap;
+    vd_terrain_def def;
+    vd_status status = vd_render_load_terrain(run, &scene, &colormap, &def);
+    if (status.code == VD_OK) {
+        status = draw_scene(run, &scene, &def);
     }
     vd_scene_finish(&scene);
     return status;
