@@ -142,11 +142,18 @@ static vd_vec3 knot_spin(vd_vec3 before, vd_vec3 after, double before_s, double 
     return size > slow ? vd_vec3_scale(mean, slow / size) : mean;
 }
 
+static bool same_turn(vd_quat p, vd_quat q) {
+    return p.x == q.x && p.y == q.y && p.z == q.z && p.w == q.w;
+}
+
 /* De Casteljau's steps with slerps; the tangents at both ends are the knots' turning speeds. */
 static vd_quat orientation_at(const vd_path_knot *a, const vd_path_knot *b, double span, double x) {
     vd_quat q[4] = {
         a->key.orientation, turned(a->key.orientation, vd_vec3_scale(a->spin, span / 3.0)),
         turned(b->key.orientation, vd_vec3_scale(b->spin, -span / 3.0)), b->key.orientation};
+    if (same_turn(q[0], q[1]) && same_turn(q[1], q[2]) && same_turn(q[2], q[3])) {
+        return q[0]; /* at rest, to the last bit: slerps round */
+    }
     for (int left = 3; left > 0; left--) {
         for (int i = 0; i < left; i++) {
             q[i] = vd_quat_slerp(q[i], q[i + 1], x);
@@ -218,8 +225,7 @@ static bool same_place(vd_vec3 a, vd_vec3 b) {
 }
 
 static bool same_pose(const vd_keyframe *a, const vd_keyframe *b) {
-    const vd_quat p = a->orientation, q = b->orientation;
-    return same_place(a->eye, b->eye) && p.x == q.x && p.y == q.y && p.z == q.z && p.w == q.w &&
+    return same_place(a->eye, b->eye) && same_turn(a->orientation, b->orientation) &&
            a->fov_y_rad == b->fov_y_rad;
 }
 
