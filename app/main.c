@@ -14,6 +14,7 @@ typedef struct command {
 
 static const command commands[] = {
     {"render", "a picture of elevation data, a model, or particles", vd_command_render},
+    {"fly", "a video along a camera path over elevation data", vd_command_fly},
     {"import", "data into blocks of ours: particles into bricks", vd_command_import},
     {"info", "what a file of elevations, a model or particles holds", vd_command_info},
     {"compare", "how two pictures differ", vd_command_compare},
@@ -36,6 +37,7 @@ static void print_help(FILE *out) {
           "  veduta render dem.tif -o view.png\n"
           "  veduta render N45E006.hgt N45E007.hgt --sun 270,20 --shadows on -o evening.png\n"
           "  veduta render dragon.ply -o dragon.png\n"
+          "  veduta fly dem.tif --orbit -o orbit.mp4\n"
           "  veduta info dem.tif\n\n"
           "exit status: 0 done, 1 failed (bad data), 2 bad use\n",
           out);
