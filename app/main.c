@@ -15,6 +15,7 @@ typedef struct command {
 static const command commands[] = {
     {"render", "a picture of elevation data, a model, or particles", vd_command_render},
     {"fly", "a video along a camera path over elevation data", vd_command_fly},
+    {"view", "a window to fly through elevation data", vd_command_view},
     {"import", "data into blocks of ours: particles into bricks", vd_command_import},
     {"info", "what a file of elevations, a model or particles holds", vd_command_info},
     {"compare", "how two pictures differ", vd_command_compare},

@@ -66,9 +66,8 @@ static vd_status read_option_files(vd_options *options) {
     return status;
 }
 
-/* Parses, settles presets and reads the settings; everything that is bad use is found here. */
-static vd_status read_settings(int argc, char **argv, vd_options *options,
-                               vd_render_settings *settings, bool *help) {
+vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
+                                 vd_render_settings *settings, bool *help) {
     vd_status status = vd_options_parse(options, argc, argv);
     *help = status.code == VD_OK && options->values[OPTION_HELP].number != 0.0;
     if (status.code != VD_OK || *help) {
@@ -280,7 +279,7 @@ int vd_command_render(int argc, char **argv) {
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
-    status = read_settings(argc, argv, &options, &settings, &help);
+    status = vd_render_read_options(argc, argv, &options, &settings, &help);
     const char *saved = options.values[OPTION_SAVE].text;
     if (status.code == VD_OK && !help) {
         status = check_outputs(&settings, saved);

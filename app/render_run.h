@@ -34,6 +34,12 @@ VD_MUST_USE vd_status vd_render_terrain(vd_render_run *run);
 VD_MUST_USE vd_status vd_render_model(vd_render_run *run);
 VD_MUST_USE vd_status vd_render_classic(vd_render_run *run);
 
+/* Parses options over vd_render_table (or a table that begins with it), reads the options files
+ * among them, settles presets and reads the settings; everything that is bad use is found here.
+ * `help`: --help was given, and the settings were not read. */
+VD_MUST_USE vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
+                                             vd_render_settings *settings, bool *help);
+
 /* Creates the frame that the settings ask for. */
 VD_MUST_USE vd_status vd_render_make_frame(vd_render_run *run);
 

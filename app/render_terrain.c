@@ -46,8 +46,8 @@ static vd_light make_light(const vd_render_settings *s) {
     return light;
 }
 
-static vd_terrain_def make_def(const vd_render_settings *s, const vd_scene *scene,
-                               const vd_colormap *colormap) {
+vd_terrain_def vd_render_terrain_def(const vd_render_settings *s, const vd_scene *scene,
+                                     const vd_colormap *colormap) {
     vd_terrain_def def = vd_terrain_def_default();
     if (scene->function != NULL) {
         def.function = scene->function;
@@ -294,8 +294,8 @@ static vd_camera_settings endless_camera(const vd_render_settings *s, const vd_s
     return camera;
 }
 
-static vd_status make_view(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def,
-                           vd_view *out) {
+vd_status vd_render_terrain_view(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def,
+                                 vd_view *out) {
     const vd_render_settings *s = run->settings;
     const vd_camera_settings endless =
         scene->function != NULL ? endless_camera(s, scene) : s->camera;
@@ -325,7 +325,7 @@ static vd_status make_view(vd_render_run *run, const vd_scene *scene, vd_terrain
 
 static vd_status draw_scene(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def) {
     vd_view view;
-    vd_status status = make_view(run, scene, def, &view);
+    vd_status status = vd_render_terrain_view(run, scene, def, &view);
     if (status.code == VD_OK) {
         status = describe(run, scene, &view);
     }
@@ -347,6 +347,30 @@ static void suggest_colormap(const vd_render_settings *s, const vd_scene *scene,
     }
 }
 
+vd_status vd_render_terrain_colormap(vd_context *context, const vd_render_settings *s,
+                                     const vd_scene *scene, vd_colormap *out) {
+    vd_status status = find_colormap(context, s->colormap, out);
+    if (status.code == VD_OK) {
+        suggest_colormap(s, scene, out);
+    }
+    return status;
+}
+
+vd_status vd_render_terrain_load(vd_render_run *run, vd_scene *out) {
+    const vd_render_settings *s = run->settings;
+    vd_scene_def def = {.inputs = s->inputs,
+                        .input_count = s->input_count,
+                        .function = s->function,
+                        .extent = {s->extent[0], s->extent[1], s->extent[2], s->extent[3]},
+                        .dem = s->dem,
+                        .has_cell_size = s->has_cell_size,
+                        .band = s->band,
+                        .fill_missing = s->fill_missing,
+                        .color = s->color,
+                        .bands = {s->bands[0], s->bands[1], s->bands[2]}};
+    return vd_scene_load(run->context, &def, out);
+}
+
 vd_status vd_render_load_terrain(vd_render_run *run, vd_scene *scene, vd_colormap *colormap,
                                  vd_terrain_def *out) {
     const vd_render_settings *s = run->settings;
@@ -362,23 +386,13 @@ vd_status vd_render_load_terrain(vd_render_run *run, vd_scene *scene, vd_colorma
         run->bad_use = status.code == VD_ERROR_ARGUMENT;
         return status;
     }
-    vd_scene_def def = {.inputs = s->inputs,
-                        .input_count = s->input_count,
-                        .function = s->function,
-                        .extent = {s->extent[0], s->extent[1], s->extent[2], s->extent[3]},
-                        .dem = s->dem,
-                        .has_cell_size = s->has_cell_size,
-                        .band = s->band,
-                        .fill_missing = s->fill_missing,
-                        .color = s->color,
-                        .bands = {s->bands[0], s->bands[1], s->bands[2]}};
-    status = vd_scene_load(run->context, &def, scene);
+    status = vd_render_terrain_load(run, scene);
     if (status.code == VD_OK && vd_job_stopped(run->job)) {
         status = vd_failure(VD_ERROR_CANCELLED, "cancelled");
     }
     if (status.code == VD_OK) {
         suggest_colormap(s, scene, colormap);
-        *out = make_def(s, scene, colormap);
+        *out = vd_render_terrain_def(s, scene, colormap);
     }
     return status;
 }

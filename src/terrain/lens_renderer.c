@@ -105,6 +105,16 @@ vd_status vd_terrain_renderer_light(vd_terrain_renderer *renderer, vd_job *job,
                                             : vd_lens_map_light(&renderer->map, job, &def);
 }
 
+vd_status vd_terrain_renderer_set_samples(vd_terrain_renderer *renderer, int samples) {
+    vd_terrain_def def = renderer->def;
+    def.samples = samples;
+    vd_status status = vd_terrain_check(&def);
+    if (status.code == VD_OK) {
+        renderer->def = def;
+    }
+    return status;
+}
+
 vd_status vd_lens_prepare(vd_terrain_renderer *renderer, vd_job *job, const vd_camera *camera,
                           int width, int height) {
     if (renderer->def.function == NULL) {

@@ -1,0 +1,155 @@
+/* view_command.c: `veduta view`: the options of `veduta render`, and a window in place of a file.
+ */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "commands.h"
+#include "render_run.h"
+#include "window.h"
+
+enum { VIEW_JOIN = OPTION_COUNT, VIEW_FULL_SCREEN, VIEW_FRAMES, VIEW_COUNT };
+
+#define WINDOW "Window"
+
+static const vd_option own[VIEW_COUNT - OPTION_COUNT] = {
+    {.key = "join",
+     .group = WINDOW,
+     .type = VD_OPTION_SWITCH,
+     .help = "all files together are one world, as with `veduta render`; else each is one, and the "
+             "keys 1 to 9 switch"},
+    {.key = "full-screen",
+     .group = WINDOW,
+     .type = VD_OPTION_SWITCH,
+     .help = "begin with a window as large as the screen (F11)"},
+    {.key = "frames",
+     .group = WINDOW,
+     .type = VD_OPTION_INTEGER,
+     .argument = "N",
+     .max = 1e9,
+     .unit = "pictures",
+     .fallback = "0",
+     .help = "draw without pause, end after so many and say how long they took; 0: until closed"},
+};
+
+/* Options of `veduta render` that say nothing about a window. */
+static bool is_for_window(int option) {
+    return option != OPTION_OUTPUT && option != OPTION_DEPTH && option != OPTION_IDS &&
+           option != OPTION_PROJECTION && option != OPTION_PRINT_CAMERA &&
+           option != OPTION_CLASSIC && option != OPTION_HEIGHT && option != OPTION_SAVE &&
+           option != OPTION_DRY_RUN && option != OPTION_ALLOW_EMPTY && option != OPTION_JSON &&
+           !(option >= OPTION_SHADE && option <= OPTION_RASTER);
+}
+
+static void make_table(vd_option table[VIEW_COUNT]) {
+    memcpy(table, vd_render_table, sizeof vd_render_table);
+    memcpy(table + OPTION_COUNT, own, sizeof own);
+    table[OPTION_SIZE].fallback = "1280x720";
+    table[OPTION_SIZE].help = "width and height of the window at first";
+}
+
+static void print_help(const vd_option *table) {
+    vd_option shown[VIEW_COUNT];
+    int count = 0;
+    for (int i = OPTION_COUNT; i < VIEW_COUNT; i++) {
+        shown[count++] = table[i];
+    }
+    for (int i = 0; i < OPTION_COUNT; i++) {
+        if (is_for_window(i)) {
+            shown[count++] = table[i];
+        }
+    }
+    fputs("usage: veduta view [OPTIONS] WORLD…\n\n"
+          "Opens a window to fly through elevation data: what `veduta render` reads. H in the\n"
+          "window lists its keys.\n",
+          stdout);
+    vd_options_print_help(shown, count, stdout);
+    fputs("\nexamples\n"
+          "  veduta view dem.tif\n"
+          "  veduta view before.tif after.tif --color landsat.tif\n"
+          "  veduta view --join N45E006.hgt N45E007.hgt --sun 90,10\n",
+          stdout);
+}
+
+/* What can be refused before a window is there. */
+static vd_status check(const vd_options *options, const vd_render_settings *settings) {
+    for (int i = 0; i < OPTION_COUNT; i++) {
+        if (!is_for_window(i) && i != OPTION_ALLOW_EMPTY && vd_options_given(options, i)) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--%s does not apply to a window; leave it out, or give it to "
+                              "`veduta render`",
+                              options->table[i].key);
+        }
+    }
+    const bool join = options->values[VIEW_JOIN].number != 0.0;
+    if (!join && settings->input_count > 9) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "%d worlds are more than the keys 1 to 9 switch between; name fewer, or "
+                          "add --join",
+                          settings->input_count);
+    }
+    if (settings->is_model) {
+        return vd_failure(VD_ERROR_UNSUPPORTED,
+                          "%.200s is a model, which the window does not show; draw it with "
+                          "`veduta render`",
+                          settings->inputs[0]);
+    }
+    for (int i = 0; i < settings->input_count; i++) {
+        const char *input = settings->inputs[i];
+        /* GDAL's own names, such as /vsizip/…, are no files. */
+        if (strncmp(input, "/vsi", 4) != 0 && strchr(input, ':') == NULL &&
+            strcmp(input, "-") != 0 && access(input, R_OK) != 0) {
+            return vd_failure(VD_ERROR_IO, "cannot read %.200s: %s; check the name", input,
+                              strerror(errno));
+        }
+    }
+    return vd_success();
+}
+
+static vd_status run(vd_options *options, const vd_render_settings *settings) {
+    vd_notes notes;
+    vd_status status = vd_notes_init(&notes, settings->quiet);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    if (options->note[0] != '\0') {
+        vd_notes_log(&notes, VD_LOG_WARNING, options->note);
+    }
+    const vd_window_def def = {.options = options,
+                               .settings = *settings,
+                               .join = options->values[VIEW_JOIN].number != 0.0,
+                               .full_screen = options->values[VIEW_FULL_SCREEN].number != 0.0,
+                               .frames = (int)options->values[VIEW_FRAMES].number,
+                               .notes = &notes};
+    status = vd_window_run(&def);
+    vd_notes_finish(&notes);
+    return status;
+}
+
+int vd_command_view(int argc, char **argv) {
+    vd_option table[VIEW_COUNT];
+    vd_options options;
+    vd_render_settings settings;
+    bool help = false;
+    make_table(table);
+    vd_status status = vd_options_init(&options, "view", table, VIEW_COUNT);
+    if (status.code != VD_OK) {
+        return vd_report(&status, 1);
+    }
+    status = vd_render_read_options(argc, argv, &options, &settings, &help);
+    int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
+    if (status.code == VD_OK && !help) {
+        status = check(&options, &settings);
+        code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
+    }
+    if (help) {
+        print_help(table);
+    } else if (status.code == VD_OK) {
+        status = run(&options, &settings);
+        code = 1;
+    }
+    code = status.code == VD_OK ? 0 : vd_report(&status, code);
+    vd_options_finish(&options);
+    return code;
+}

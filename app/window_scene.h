@@ -1,0 +1,54 @@
+/* window_scene.h: a world as the window sees it: something that is drawn, lit and stood upon.
+ *
+ * The window knows worlds by this table alone. All functions but `ground` are called from one
+ * thread, the window's render thread, which owns the context's parallel loops; `ground` is also
+ * called from the event thread, at the same time as any of the others but never `destroy`.
+ */
+#ifndef VEDUTA_APP_WINDOW_SCENE_H
+#define VEDUTA_APP_WINDOW_SCENE_H
+
+#include "render_settings.h"
+
+typedef enum vd_window_quality {
+    VD_WINDOW_MOVING = 0, /* one sample a pixel */
+    VD_WINDOW_STILL       /* what `veduta render` draws, to the byte */
+} vd_window_quality;
+
+typedef struct vd_window_scene {
+    void *user;
+
+    /* Draws a picture into all of the frame. */
+    vd_status (*draw)(void *user, vd_job *job, const vd_camera *camera, vd_window_quality quality,
+                      vd_frame *frame);
+
+    /* Takes over the settings that can change while it is looked at: sun, haze, exaggeration,
+     * samples, filter, shadows, colours, method. Derives anew what hangs on a changed one, and
+     * nothing else. After a failure it is drawn as it was before. `settings` and what it points to
+     * need not outlive the call. */
+    vd_status (*look)(void *user, vd_job *job, const vd_render_settings *settings);
+
+    /* Height of the ground as it is drawn, metres; −infinity where there is none. */
+    double (*ground)(void *user, double x, double y);
+
+    void (*destroy)(void *user);
+
+    /* Where it is seen from at first (VD_SPELLING_ANGLES), and what the automatic settings came to:
+     * the window names them when it prints a camera. */
+    vd_camera_settings start;
+    double haze_m; /* 0: none */
+    bool curvature;
+    double size_m; /* the diagonal, metres: speeds follow it */
+} vd_window_scene;
+
+/* What opening is about; `stage` is a constant text. Written by the render thread. */
+typedef void vd_window_stage_function(void *user, const char *stage);
+
+/* Opens what the settings name (of which `colormap` need not outlive the call) and makes it ready
+ * to be drawn; *out is ended by its destroy. `job` tells how far it is and may cancel it. Returns
+ * the errors of loading and of vd_terrain_renderer_create. */
+VD_MUST_USE vd_status vd_window_scene_open(vd_context *context, vd_job *job,
+                                           const vd_render_settings *settings,
+                                           vd_window_stage_function *stage, void *stage_user,
+                                           vd_window_scene *out);
+
+#endif
