@@ -110,8 +110,8 @@ VD_API void vd_terrain_renderer_destroy(vd_terrain_renderer **renderer);
 VD_API VD_MUST_USE vd_status vd_terrain_renderer_light(vd_terrain_renderer *renderer, vd_job *job,
                                                        const vd_light *light);
 
-/* Changes samples a pixel, from the next picture on: fewer while a camera moves, all of them once it
- * rests. Returns VD_ERROR_ARGUMENT for anything but 1, 4 and 8. */
+/* Changes samples a pixel, from the next picture on: fewer while a camera moves, all of them once
+ * it rests. Returns VD_ERROR_ARGUMENT for anything but 1, 4 and 8. */
 VD_API VD_MUST_USE vd_status vd_terrain_renderer_set_samples(vd_terrain_renderer *renderer,
                                                              int samples);
 
