@@ -61,40 +61,38 @@ static vd_status read_settings(vd_window *w) {
     return status;
 }
 
-static char *copy_value(const vd_window *w, int option) {
-    const char *text = w->options->values[option].text;
-    return text != NULL ? strdup(text) : NULL;
+vd_option_value vd_window_keep(const vd_window *w, vd_live live) {
+    vd_option_value kept = w->options->values[vd_live_option(live)];
+    kept.text = kept.text != NULL ? strdup(kept.text) : NULL;
+    return kept;
 }
 
-void vd_window_options_changed(vd_window *w, vd_status status, int option, char *before) {
+void vd_window_options_changed(vd_window *w, vd_status status, vd_live live,
+                               vd_option_value before) {
     if (status.code == VD_OK) {
         status = read_settings(w);
     }
     if (status.code != VD_OK) {
         vd_window_note(w, "%s", status.message);
-        if (before != NULL) {
-            status = vd_options_set(w->options, option, before, VD_SOURCE_FLAG);
-            w->options->values[option].source = VD_SOURCE_DEFAULT;
-        } else {
-            free(w->options->values[option].text);
-            w->options->values[option] = (vd_option_value){.source = VD_SOURCE_DEFAULT};
-        }
+        vd_option_value *value = &w->options->values[vd_live_option(live)];
+        free(value->text);
+        *value = before;
+        before.text = NULL;
         (void)read_settings(w).code; /* they were right before */
     }
-    free(before);
+    free(before.text);
     vd_window_touch(w);
 }
 
 void vd_window_set_live(vd_window *w, vd_live live, double value) {
-    char *before = copy_value(w, vd_live_option(live));
-    vd_window_options_changed(w, vd_live_set_number(w->options, live, value), vd_live_option(live),
-                              before);
+    const vd_option_value before = vd_window_keep(w, live);
+    vd_window_options_changed(w, vd_live_set_number(w->options, live, value), live, before);
 }
 
 void vd_window_next_word(vd_window *w, vd_live live, int step) {
-    char *before = copy_value(w, vd_live_option(live));
+    const vd_option_value before = vd_window_keep(w, live);
     vd_status status = vd_live_next(w->options, &w->worlds[w->world].defaults, live, step);
-    vd_window_options_changed(w, status, vd_live_option(live), before);
+    vd_window_options_changed(w, status, live, before);
 }
 
 /* ---- requests ----------------------------------------------------------------------------------
@@ -491,7 +489,8 @@ static bool wait_event(vd_window *w, double seconds, SDL_Event *event) {
     return false;
 }
 
-static void loop(vd_window *w) {
+/* Returns when the window is closed; a failure only where nobody looks at it (--frames). */
+static vd_status loop(vd_window *w) {
     vd_window_news news;
     vd_window_render_news(w->render, &news);
     while (w->running) {
@@ -506,7 +505,11 @@ static void loop(vd_window *w) {
         vd_window_render_news(w->render, &news);
         update_cards(w, &news);
         show(w);
+        if (w->def->frames > 0 && news.failing) {
+            return vd_failure(VD_ERROR_IO, "%s", news.failure);
+        }
     }
+    return vd_success();
 }
 
 /* ---- beginning and end -------------------------------------------------------------------------
@@ -563,16 +566,44 @@ static void signals_end(signals *s) {
     pthread_sigmask(SIG_SETMASK, &s->before, NULL);
 }
 
+static vd_status no_window(const char *reason) {
+    return vd_failure(
+        VD_ERROR_IO,
+        "cannot open a window: %.160s; set DISPLAY or WAYLAND_DISPLAY to one, or draw "
+        "pictures with `veduta render`",
+        reason);
+}
+
+/* Asked before SDL, whose drivers print what they miss. */
+static bool has_display(void) {
+#if defined(__linux__)
+    return getenv("DISPLAY") != NULL || getenv("WAYLAND_DISPLAY") != NULL ||
+           getenv("SDL_VIDEODRIVER") != NULL;
+#else
+    return true;
+#endif
+}
+
 static vd_status open_window(vd_window *w) {
     w->sdl.SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     w->sdl.SetHint(SDL_HINT_VIDEO_X11_NET_WM_BYPASS_COMPOSITOR, "0");
     /* The picture is made on the CPU: it goes to the screen without OpenGL. */
     w->sdl.SetHint(SDL_HINT_FRAMEBUFFER_ACCELERATION, "0");
+    if (!has_display()) {
+        return no_window("there is no display");
+    }
+    if (getenv("DISPLAY") != NULL && getenv("WAYLAND_DISPLAY") == NULL) {
+        w->sdl.SetHint(SDL_HINT_VIDEODRIVER, "x11"); /* looking for Wayland prints, too */
+    }
     if (w->sdl.Init(SDL_INIT_VIDEO) != 0) {
-        return vd_failure(VD_ERROR_IO,
-                          "cannot open a window: %.160s; `veduta view` needs a display (DISPLAY or "
-                          "WAYLAND_DISPLAY), `veduta render` draws without one",
-                          w->sdl.GetError());
+        return no_window(w->sdl.GetError());
+    }
+    /* Where no display answers SDL takes a driver that shows nothing. */
+    const char *driver = w->sdl.GetCurrentVideoDriver();
+    if (getenv("SDL_VIDEODRIVER") == NULL &&
+        (driver == NULL || strcmp(driver, "offscreen") == 0 || strcmp(driver, "dummy") == 0 ||
+         strcmp(driver, "evdev") == 0)) {
+        return no_window("the display does not answer");
     }
     w->wake_type = w->sdl.RegisterEvents(1);
     Uint32 flags = SDL_WINDOW_RESIZABLE | SDL_WINDOW_ALLOW_HIGHDPI;
@@ -682,7 +713,7 @@ vd_status vd_window_run(const vd_window_def *def) {
         w->threads = w->settings.threads > 0 ? w->settings.threads
                                              : vd_window_render_most_threads(w->render);
         vd_window_enter(w, 0);
-        loop(w);
+        status = loop(w);
         report(w);
     }
     clear_up(w);

@@ -214,11 +214,10 @@ static int to_pixels(const vd_window *w, int position) {
 }
 
 static void slide(vd_window *w, vd_live live, double position) {
-    char *before = w->options->values[vd_live_option(live)].text;
-    before = before != NULL ? strdup(before) : NULL;
+    const vd_option_value before = vd_window_keep(w, live);
     vd_status status =
         vd_live_set_position(w->options, &w->worlds[w->world].defaults, live, position);
-    vd_window_options_changed(w, status, vd_live_option(live), before);
+    vd_window_options_changed(w, status, live, before);
 }
 
 static void button(vd_window *w, const SDL_MouseButtonEvent *event) {

@@ -11,6 +11,7 @@
 #define VD_SDL_FUNCTIONS(X)                                                                        \
     X(Init)                                                                                        \
     X(Quit)                                                                                        \
+    X(GetCurrentVideoDriver)                                                                       \
     X(GetError)                                                                                    \
     X(SetHint)                                                                                     \
     X(CreateWindow)                                                                                \

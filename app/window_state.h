@@ -80,9 +80,13 @@ void vd_window_touch(vd_window *window);
 /* Shows a sentence for some seconds. */
 void vd_window_note(vd_window *window, const char *format, ...) VD_PRINTF(2, 3);
 
+/* Keeps an option's value before it is set. */
+vd_option_value vd_window_keep(const vd_window *window, vd_live live);
+
 /* Reads the settings again after an option was set (`status` of that); says so and takes the option
- * back to `before` (which it frees) where that cannot be. */
-void vd_window_options_changed(vd_window *window, vd_status status, int option, char *before);
+ * back where that cannot be. `before` is taken over. */
+void vd_window_options_changed(vd_window *window, vd_status status, vd_live live,
+                               vd_option_value before);
 
 /* Sets a slider in its option's unit. */
 void vd_window_set_live(vd_window *window, vd_live live, double value);
