@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "commands.h"
+#include "generate_forest.h"
 #include "options.h"
 #include "particles_bricks.h"
 #include "run.h"
@@ -59,7 +60,8 @@ static const vd_option table[GENERATE_COUNT] = {
 };
 
 static void print_help(void) {
-    fputs("usage: veduta generate particles [OPTIONS]\n\n"
+    fputs("usage: veduta generate particles [OPTIONS]\n"
+          "       veduta generate forest HEIGHTS... [OPTIONS]   (it has a --help of its own)\n\n"
           "Makes a snapshot as galaxy simulations do: Plummer spheres on the knots of a web of\n"
           "filaments, in a cube of side 1.\n",
           stdout);
@@ -86,6 +88,9 @@ static vd_status generate(const vd_options *options, vd_context *context) {
 }
 
 int vd_command_generate(int argc, char **argv) {
+    if (argc > 1 && strcmp(argv[1], "forest") == 0) {
+        return vd_generate_forest(argc, argv);
+    }
     vd_options options;
     vd_status status = vd_options_init(&options, "generate", table, GENERATE_COUNT);
     if (status.code != VD_OK) {
@@ -95,7 +100,9 @@ int vd_command_generate(int argc, char **argv) {
     const bool help = status.code == VD_OK && options.values[GENERATE_HELP].number != 0.0;
     if (status.code == VD_OK && !help &&
         (options.input_count != 1 || strcmp(options.inputs[0], "particles") != 0)) {
-        status = vd_failure(VD_ERROR_ARGUMENT, "say what to generate: `veduta generate particles`");
+        status =
+            vd_failure(VD_ERROR_ARGUMENT, "say what to generate: `veduta generate particles`, or "
+                                          "`veduta generate forest HEIGHTS`");
     }
     int code = 0;
     if (help) {
