@@ -17,6 +17,7 @@
 #include <veduta/frame.h>
 #include <veduta/function.h>
 #include <veduta/heightfield.h>
+#include <veduta/impostor.h>
 #include <veduta/job.h>
 #include <veduta/label_layout.h>
 #include <veduta/light.h>

@@ -101,3 +101,13 @@ vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass, const vd_n
     }
     return status;
 }
+
+vd_status vd_world_gather_placed(vd_world_renderer *renderer, vd_pass *pass, const uint32_t *nodes,
+                                 size_t count) {
+    const gathering g = {.renderer = renderer, .pass = pass};
+    vd_status status = vd_success();
+    for (size_t i = 0; i < count && status.code == VD_OK; i++) {
+        status = gather_placed(&g, &renderer->world->nodes[nodes[i]]);
+    }
+    return status;
+}

@@ -164,6 +164,19 @@ static vd_pass begin_pass(vd_world_renderer *renderer, const vd_camera *camera,
     return pass;
 }
 
+/* Draws what was gathered. */
+static vd_status draw_gathered(vd_world_renderer *renderer, vd_job *job, const vd_pass *pass,
+                               vd_frame *frame) {
+    if (renderer->draws.count > 0 || !pass->ground) {
+        return vd_world_composite(renderer, job, pass, frame);
+    }
+    const uint64_t ground = vd_clock_ns();
+    const vd_status status =
+        vd_terrain_renderer_draw(renderer->ground, job, pass->camera, frame, &pass->stats->terrain);
+    pass->stats->ground_s = 1e-9 * (double)(vd_clock_ns() - ground);
+    return status;
+}
+
 /* Gathers and draws what stands at and below a node; the root's pictures have a ground, which
  * without a terrain is the sky. */
 static vd_status draw(vd_world_renderer *renderer, vd_job *job, vd_pass *pass, const vd_node *from,
@@ -177,19 +190,18 @@ static vd_status draw(vd_world_renderer *renderer, vd_job *job, vd_pass *pass, c
     }
     pass->ground = pass->ground || whole;
     pass->stats->prepare_s = 1e-9 * (double)(vd_clock_ns() - start);
-    if (status.code != VD_OK) {
-        return status;
-    }
-    if (renderer->draws.count > 0 || !pass->ground) {
-        return vd_world_composite(renderer, job, pass, frame);
-    }
-    const uint64_t ground = vd_clock_ns();
-    status =
-        vd_terrain_renderer_draw(renderer->ground, job, pass->camera, frame, &pass->stats->terrain);
-    pass->stats->ground_s = 1e-9 * (double)(vd_clock_ns() - ground);
-    return status;
+    return status.code == VD_OK ? draw_gathered(renderer, job, pass, frame) : status;
 }
 
+vd_status vd_world_draw_nodes(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
+                              const uint32_t *nodes, size_t count, vd_frame *frame, vd_pass *pass,
+                              vd_world_stats *stats) {
+    *pass = begin_pass(renderer, camera, frame, stats);
+    pass->ground = true;
+    vd_frame_forget_objects(frame);
+    const vd_status status = vd_world_gather_placed(renderer, pass, nodes, count);
+    return status.code == VD_OK ? draw_gathered(renderer, job, pass, frame) : status;
+}
 /* A picture and what lies over it, into a frame that has depth. */
 static vd_status draw_all(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
                           vd_frame *frame, vd_world_stats *stats) {

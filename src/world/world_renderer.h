@@ -37,6 +37,17 @@ struct vd_world_renderer {
 VD_MUST_USE vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass,
                                       const vd_node *from);
 
+/* Gathers single placed nodes, without asking whether they are seen. */
+VD_MUST_USE vd_status vd_world_gather_placed(vd_world_renderer *renderer, vd_pass *pass,
+                                             const uint32_t *nodes, size_t count);
+
+/* Draws the ground and single placed nodes, without what lies over them; `pass` and `stats` may
+ * then be handed to vd_world_draw_over. */
+VD_MUST_USE vd_status vd_world_draw_nodes(vd_world_renderer *renderer, vd_job *job,
+                                          const vd_camera *camera, const uint32_t *nodes,
+                                          size_t count, vd_frame *frame, vd_pass *pass,
+                                          vd_world_stats *stats);
+
 /* Draws what was gathered into the frame, by bands of a target. */
 VD_MUST_USE vd_status vd_world_composite(vd_world_renderer *renderer, vd_job *job,
                                          const vd_pass *pass, vd_frame *frame);

@@ -1,0 +1,85 @@
+/* impostor.h: pictures that stand in for objects while their screen error is small.
+ *
+ *     status = vd_impostors_create(context, world, renderer, NULL, &impostors);
+ *     for each picture:
+ *         status = vd_impostors_update(impostors, NULL, &camera, width, height, time_s, &stats);
+ *         status = vd_impostors_draw(impostors, NULL, &camera, frame, &stats);
+ *
+ * An impostor is a picture of one object of a world, a tree or all the trees of a slope, on a plane
+ * through it (Lawlor 2004, chapters 2 and 3). It is drawn once and shown by perspective texture
+ * mapping for as long as no key point of the object is farther from where the picture shows it than
+ * a tolerance. Which objects have pictures follows the world's tree: one that would last too short
+ * or covers too many pixels is split into its children, small ones that lie together are merged;
+ * children replace a parent, and it them, all at once. What lasts for no time at all, being near,
+ * is drawn itself, as is the ground.
+ */
+#ifndef VEDUTA_IMPOSTOR_H
+#define VEDUTA_IMPOSTOR_H
+
+#include <veduta/world.h>
+
+VD_BEGIN_DECLARATIONS
+
+typedef struct vd_impostor_def {
+    double tolerance_px; /* screen error up to which a picture is shown; 0: drawn anew always */
+    double budget_s; /* wall time of an update's drawing, above 0; one picture is always drawn */
+    size_t memory_bytes; /* of pictures; the least valuable go first */
+    double fade_s;       /* over which a new picture takes the place of an old one; 0: at once */
+    double rate_hz;      /* pictures a second that are shown: for how long a picture lasts */
+    double speed_mps;    /* that is reckoned with at least, also while the camera rests */
+    double least_reuse;  /* pictures: objects that would last shorter are split, or drawn
+                            themselves */
+    double most_px;      /* side: larger objects are split */
+    int samples;         /* a pixel, of the pictures: 1, 4, 8 */
+} vd_impostor_def;
+
+/* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 10 m/s, 4 pictures, 192 pixels, 4 samples. */
+VD_API vd_impostor_def vd_impostor_def_default(void);
+
+typedef struct vd_impostor_stats {
+    uint64_t shown;    /* impostors in the picture */
+    uint64_t direct;   /* objects drawn themselves */
+    uint64_t drawn;    /* pictures made by the last update */
+    uint64_t waiting;  /* pictures that its budget left for later */
+    uint64_t failed;   /* objects whose drawing failed: skipped, tried again later */
+    uint64_t dropped;  /* pictures given up for memory, all in all */
+    uint64_t decided;  /* nodes that the last update looked at */
+    uint64_t pictures; /* kept */
+    size_t bytes;      /* that they take */
+    uint64_t pixels_drawn, pixels_shown; /* all in all: their ratio is the reuse R */
+    double overdraw;                     /* D: impostors' pixels a pixel of the last picture */
+    double error_px;                     /* the greatest screen error of what is shown */
+    double decide_s, draw_s, show_s;     /* wall seconds of the last update and picture */
+} vd_impostor_stats;
+
+typedef struct vd_impostors vd_impostors;
+
+/* `world` and `renderer` (of that world, used by nobody else while a call runs) must outlive it.
+ * `def` may be null. Returns VD_ERROR_ARGUMENT (names the field) or VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_impostors_create(vd_context *context, const vd_world *world,
+                                                 vd_world_renderer *renderer,
+                                                 const vd_impostor_def *def, vd_impostors **out);
+VD_API void vd_impostors_destroy(vd_impostors **impostors);
+
+/* Decides for a camera what is shown as what, and draws pictures, the most wrong first (screen
+ * error × area), within the budget. `time_s` goes forward from call to call; the camera's motion is
+ * taken from the last two. Perspective cameras only. `job` and `stats` may be null. Returns
+ * VD_ERROR_ARGUMENT, VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
+VD_API VD_MUST_USE vd_status vd_impostors_update(vd_impostors *impostors, vd_job *job,
+                                                 const vd_camera *camera, int width, int height,
+                                                 double time_s, vd_impostor_stats *stats);
+
+/* Shows what the last update decided, from a camera that may have moved on: the ground and what is
+ * drawn itself, then impostors back to front, tested against the depth of those. */
+VD_API VD_MUST_USE vd_status vd_impostors_draw(vd_impostors *impostors, vd_job *job,
+                                               const vd_camera *camera, vd_frame *frame,
+                                               vd_impostor_stats *stats);
+
+/* ---- the measure ------------------------------------------------------------------------------
+ * e = sqrt(mean over pixels of |g − r|² / 0.1), red, green and blue in 0 … 1 as encoded (Lawlor
+ * 2004, eq. 5.1). Frames of one size; 0 if and only if they are equal. */
+VD_API double vd_frame_error(const vd_frame *generated, const vd_frame *reference);
+
+VD_END_DECLARATIONS
+
+#endif

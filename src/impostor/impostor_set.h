@@ -1,0 +1,96 @@
+/* impostor_set.h: the insides of a vd_impostors.
+ *
+ * A slot holds what is known of one node of the world's tree: its picture, if it has one, and how
+ * the node was shown last, so that nothing flips. Slots are made when a node is first asked about
+ * and stay; pictures come and go.
+ */
+#ifndef VEDUTA_IMPOSTOR_IMPOSTOR_SET_H
+#define VEDUTA_IMPOSTOR_IMPOSTOR_SET_H
+
+#include <veduta/impostor.h>
+#include "core/buffer.h"
+#include "core/list.h"
+#include "impostor/impostor_plane.h"
+#include "world/world_renderer.h"
+
+/* A picture on a plane. */
+typedef struct vd_impostor_picture {
+    vd_impostor_plane plane;
+    uint8_t *rgba; /* [height][width][4], premultiplied; null: there is none */
+    int width, height;
+    double focal_px; /* of the camera that it was made for */
+} vd_impostor_picture;
+
+typedef struct vd_impostor_slot {
+    uint32_t node;
+    bool split; /* its children were shown last */
+    bool empty; /* its picture shows nothing: nothing is shown */
+    uint32_t failures;
+    double retry_s;                  /* not drawn again before */
+    double born_s;                   /* when the picture came */
+    uint64_t used;                   /* number of the last update that showed it */
+    uint64_t asked;                  /* and of the last that wished for its picture */
+    vd_impostor_picture now, before; /* `before` fades out */
+} vd_impostor_slot;
+
+/* What an update wants to draw. */
+typedef struct vd_impostor_wish {
+    uint32_t slot;
+    double worth; /* screen error × area */
+} vd_impostor_wish;
+
+struct vd_impostors {
+    vd_context *context;
+    const vd_world *world;
+    vd_world_renderer *renderer;
+    vd_impostor_def def;
+    uint32_t *slot_of; /* [world->node_count]: slot + 1; 0: none */
+    vd_list slots;     /* vd_impostor_slot */
+    vd_list shown;     /* uint32_t slots, back to front */
+    vd_list direct;    /* uint32_t nodes */
+    vd_list wishes;    /* vd_impostor_wish */
+    vd_frame *canvas;  /* where pictures are drawn, of the largest size so far */
+    size_t canvas_pixels;
+    size_t bytes; /* of pictures */
+    uint64_t update;
+    double time_s; /* of the last update; before the first: none */
+    bool moving;   /* there was one */
+    vd_vec3 eye, velocity;
+    vd_impostor_stats stats;
+};
+
+/* How an update sees the world. */
+typedef struct vd_impostor_view {
+    vd_vec3 eye;      /* where pictures are made from: where the camera will be */
+    vd_camera camera; /* as it is */
+    int width, height;
+    vd_frustum frustum;
+    double focal_px, speed_mps, drop_per_m2;
+} vd_impostor_view;
+
+static inline vd_impostor_slot *vd_impostor_slot_at(const vd_impostors *set, uint32_t slot) {
+    return (vd_impostor_slot *)set->slots.data + slot;
+}
+
+/* Bounds of a node as they are drawn: lowered by curvature. */
+void vd_impostor_bounds(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                        vd_vec3 *min, vd_vec3 *max);
+
+/* Screen error of a slot's picture for a view; infinity when it has none. */
+double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
+                         const vd_impostor_slot *slot);
+
+/* Decides what is shown as what: fills `shown`, `direct` and `wishes`. Returns VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view);
+
+/* Draws the picture of a slot. A drawing that fails is counted, and is no failure of the call;
+ * returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
+VD_MUST_USE vd_status vd_impostors_make(vd_impostors *set, vd_job *job,
+                                        const vd_impostor_view *view, vd_impostor_slot *slot);
+
+/* Gives up the least valuable pictures until all fit into the memory. */
+void vd_impostors_trim(vd_impostors *set);
+
+void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture);
+
+#endif

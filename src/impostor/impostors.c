@@ -1,0 +1,335 @@
+/* impostors.c: pictures of objects: made, kept, given up. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "core/core.h"
+#include "impostor/impostor_set.h"
+
+/* Transparent pixels around each picture, so that its edge fades out when it is filtered. */
+#define PAD 2
+#define MOST_SIDE 2048
+
+/* How fast the camera's motion is believed. */
+#define MOTION_SHARE 0.5
+
+vd_impostor_def vd_impostor_def_default(void) {
+    vd_impostor_def def = {.tolerance_px = 1.0,
+                           .budget_s = 5e-3,
+                           .memory_bytes = (size_t)256 << 20,
+                           .rate_hz = 60.0,
+                           .speed_mps = 10.0,
+                           .least_reuse = 4.0,
+                           .most_px = 192.0,
+                           .samples = 4};
+    return def;
+}
+
+static vd_status check(const vd_impostor_def *def) {
+    const struct {
+        const char *name;
+        double value, least;
+        bool above;
+    } fields[] = {{"tolerance_px", def->tolerance_px, 0.0, false},
+                  {"budget_s", def->budget_s, 0.0, true},
+                  {"fade_s", def->fade_s, 0.0, false},
+                  {"rate_hz", def->rate_hz, 0.0, true},
+                  {"speed_mps", def->speed_mps, 0.0, true},
+                  {"least_reuse", def->least_reuse, 0.0, false},
+                  {"most_px", def->most_px, 8.0, false}};
+    for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
+        const double v = fields[i].value, least = fields[i].least;
+        if (!isfinite(v) || v < least || (fields[i].above && v == least)) {
+            return vd_failure(VD_ERROR_ARGUMENT, "impostors with %s %g cannot be shown; give %s %g",
+                              fields[i].name, v, fields[i].above ? "more than" : "at least", least);
+        }
+    }
+    if (def->memory_bytes < ((size_t)1 << 20) || vd_sample_offsets(def->samples) == NULL) {
+        return vd_failure(
+            VD_ERROR_ARGUMENT,
+            "impostors need memory_bytes of at least 1 MiB and 1, 4 or 8 samples, not "
+            "%zu and %d",
+            def->memory_bytes, def->samples);
+    }
+    return vd_success();
+}
+
+vd_status vd_impostors_create(vd_context *context, const vd_world *world,
+                              vd_world_renderer *renderer, const vd_impostor_def *def,
+                              vd_impostors **out) {
+    const vd_impostor_def used = def != NULL ? *def : vd_impostor_def_default();
+    const vd_status status = check(&used);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    vd_impostors *set = vd_allocate_zero(context, 1, sizeof *set);
+    uint32_t *slots = vd_allocate_zero(context, world->node_count, sizeof *slots);
+    if (set == NULL || slots == NULL) {
+        vd_release(context, set);
+        vd_release(context, slots);
+        return vd_out_of_memory("impostors", world->node_count * sizeof *slots);
+    }
+    set->context = context;
+    set->world = world;
+    set->renderer = renderer;
+    set->def = used;
+    set->slot_of = slots;
+    *out = set;
+    return status;
+}
+
+void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
+    if (picture->rgba != NULL) {
+        set->bytes -= (size_t)picture->width * (size_t)picture->height * 4;
+        vd_release(set->context, picture->rgba);
+        picture->rgba = NULL;
+    }
+}
+
+void vd_impostors_destroy(vd_impostors **impostors) {
+    vd_impostors *set = impostors != NULL ? *impostors : NULL;
+    if (set == NULL) {
+        return;
+    }
+    for (uint32_t i = 0; i < set->slots.count; i++) {
+        vd_impostor_release(set, &vd_impostor_slot_at(set, i)->now);
+        vd_impostor_release(set, &vd_impostor_slot_at(set, i)->before);
+    }
+    vd_frame_destroy(&set->canvas);
+    vd_release(set->context, set->slot_of);
+    vd_release(set->context, set->slots.data);
+    vd_release(set->context, set->shown.data);
+    vd_release(set->context, set->direct.data);
+    vd_release(set->context, set->wishes.data);
+    vd_release(set->context, set);
+    *impostors = NULL;
+}
+
+/* ---- one picture ------------------------------------------------------------------------------*/
+
+/* A frame of at least the size, used up to it. */
+static vd_status reserve_canvas(vd_impostors *set, int width, int height) {
+    const size_t pixels = vd_frame_stride(width) * (size_t)height;
+    if (set->canvas == NULL || pixels > set->canvas_pixels) {
+        vd_frame_destroy(&set->canvas);
+        const vd_status status = vd_frame_create(set->context, width, height, 0, &set->canvas);
+        if (status.code != VD_OK) {
+            set->canvas_pixels = 0;
+            return status;
+        }
+        set->canvas_pixels = pixels;
+    }
+    set->canvas->width = width;
+    set->canvas->height = height;
+    set->canvas->stride = vd_frame_stride(width);
+    return vd_success();
+}
+
+/* Copies the canvas; null when memory is out. Tells whether anything is on it. */
+static uint8_t *take_picture(vd_impostors *set, bool *any) {
+    const vd_frame *c = set->canvas;
+    const size_t row = (size_t)c->width * 4;
+    uint8_t *rgba = vd_allocate(set->context, (size_t)c->height, row);
+    *any = false;
+    for (int y = 0; y < c->height && rgba != NULL; y++) {
+        const uint8_t *from = c->rgba + 4 * (size_t)y * c->stride;
+        memcpy(rgba + (size_t)y * row, from, row);
+        for (int x = 0; x < c->width && !*any; x++) {
+            *any = from[4 * x + 3] != 0;
+        }
+    }
+    return rgba;
+}
+
+static void fail(vd_impostors *set, vd_impostor_slot *slot) {
+    const uint32_t doublings = slot->failures < 6 ? slot->failures : 6;
+    slot->failures++;
+    slot->retry_s = set->time_s + 0.5 * (double)(1u << doublings);
+    set->stats.failed++;
+}
+
+static void replace(vd_impostors *set, vd_impostor_slot *slot, const vd_impostor_picture *made) {
+    vd_impostor_release(set, &slot->before);
+    if (set->def.fade_s > 0.0 && slot->now.rgba != NULL) {
+        slot->before = slot->now;
+        slot->now.rgba = NULL;
+    }
+    vd_impostor_release(set, &slot->now);
+    slot->now = *made;
+    slot->born_s = set->time_s;
+    slot->failures = 0;
+    set->bytes += (size_t)made->width * (size_t)made->height * 4;
+}
+
+/* Pixels of a side that is `metres` long on the plane; padded. */
+static int side_of(double metres, const vd_impostor_plane *plane, double focal_px) {
+    const double side = ceil(metres * focal_px / plane->distance_m) + 2 * PAD;
+    return side < MOST_SIDE ? (side > 2 * PAD + 1 ? (int)side : 2 * PAD + 1) : MOST_SIDE;
+}
+
+vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
+                            vd_impostor_slot *slot) {
+    vd_vec3 min, max, corners[8];
+    vd_impostor_bounds(set, view, slot->node, &min, &max);
+    for (int i = 0; i < 8; i++) {
+        corners[i] = vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
+                                  (i & 4) != 0 ? max.z : min.z);
+    }
+    vd_impostor_picture made = {.focal_px = view->focal_px};
+    const vd_vec3 through = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
+    if (!vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), corners, 8,
+                               &made.plane)) {
+        fail(set, slot);
+        return vd_success();
+    }
+    const double *e = made.plane.extent;
+    made.width = side_of(e[2] - e[0], &made.plane, view->focal_px);
+    made.height = side_of(e[3] - e[1], &made.plane, view->focal_px);
+    vd_status status = reserve_canvas(set, made.width, made.height);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const double nearest = 0.2 * (made.plane.distance_m - made.plane.depth_m);
+    const vd_camera camera =
+        vd_impostor_plane_camera(&made.plane, made.width, made.height, PAD, fmax(nearest, 1e-3));
+    const int samples = set->renderer->samples;
+    status = vd_world_renderer_set_samples(set->renderer, set->def.samples);
+    if (status.code == VD_OK) {
+        status = vd_world_renderer_draw_object(set->renderer, job, &camera,
+                                               set->world->nodes[slot->node].id, set->canvas, NULL);
+    }
+    const vd_status back = vd_world_renderer_set_samples(set->renderer, samples);
+    if (status.code == VD_ERROR_CANCELLED || back.code != VD_OK) {
+        return status.code == VD_ERROR_CANCELLED ? status : back;
+    }
+    if (status.code != VD_OK) {
+        fail(set, slot);
+        return vd_success();
+    }
+    bool any = false;
+    made.rgba = take_picture(set, &any);
+    if (made.rgba == NULL) {
+        return vd_out_of_memory("an impostor", (size_t)made.width * (size_t)made.height * 4);
+    }
+    slot->empty = !any;
+    replace(set, slot, &made);
+    set->stats.drawn++;
+    set->stats.pixels_drawn += (uint64_t)made.width * (uint64_t)made.height;
+    return vd_success();
+}
+
+/* ---- memory -----------------------------------------------------------------------------------*/
+
+void vd_impostors_trim(vd_impostors *set) {
+    while (set->bytes > set->def.memory_bytes) {
+        vd_impostor_slot *oldest = NULL;
+        for (uint32_t i = 0; i < set->slots.count; i++) {
+            vd_impostor_slot *slot = vd_impostor_slot_at(set, i);
+            const bool has = slot->now.rgba != NULL || slot->before.rgba != NULL;
+            if (has && (oldest == NULL || slot->used < oldest->used)) {
+                oldest = slot;
+            }
+        }
+        if (oldest == NULL) {
+            return;
+        }
+        vd_impostor_release(set, &oldest->before);
+        vd_impostor_release(set, &oldest->now);
+        oldest->split = false;
+        set->stats.dropped++;
+    }
+}
+
+/* ---- updating ---------------------------------------------------------------------------------*/
+
+static int compare_wishes(const void *a, const void *b) {
+    const vd_impostor_wish *x = a, *y = b;
+    return x->worth != y->worth ? (x->worth < y->worth) - (x->worth > y->worth)
+                                : (x->slot > y->slot) - (x->slot < y->slot);
+}
+
+/* Where the camera goes: constant velocity. */
+static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
+    const double passed = time_s - set->time_s;
+    if (set->moving && passed > 0.0) {
+        const vd_vec3 way = vd_vec3_subtract(camera->eye, set->eye);
+        const vd_vec3 now = vd_vec3_scale(way, 1.0 / passed);
+        set->velocity = vd_vec3_add(vd_vec3_scale(set->velocity, 1.0 - MOTION_SHARE),
+                                    vd_vec3_scale(now, MOTION_SHARE));
+        if (vd_vec3_length(way) == 0.0) {
+            set->velocity = vd_vec3_make(0, 0, 0);
+        }
+    }
+    set->moving = true;
+    set->eye = camera->eye;
+    set->time_s = time_s;
+}
+
+static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera, int width,
+                                int height) {
+    const double speed = vd_vec3_length(set->velocity);
+    /* Half of the time that a picture made now is at least shown. */
+    const double ahead_s = 0.5 * set->def.least_reuse / set->def.rate_hz;
+    vd_impostor_view view = {.eye = vd_vec3_add(camera->eye, vd_vec3_scale(set->velocity, ahead_s)),
+                             .camera = *camera,
+                             .width = width,
+                             .height = height,
+                             .focal_px = fmax(camera->lens.fx, camera->lens.fy),
+                             .speed_mps = fmax(speed, set->def.speed_mps)};
+    view.frustum = vd_camera_frustum(camera, width, height);
+    view.drop_per_m2 = set->world->def.terrain.curvature ? vd_curvature_drop(1.0) : 0.0;
+    return view;
+}
+
+static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view) {
+    const uint64_t start = vd_clock_ns();
+    const vd_impostor_wish *wishes = set->wishes.data;
+    vd_status status = vd_success();
+    qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
+    size_t i = 0;
+    for (; i < set->wishes.count && status.code == VD_OK; i++) {
+        if (i > 0 && 1e-9 * (double)(vd_clock_ns() - start) > set->def.budget_s) {
+            break;
+        }
+        status = vd_impostors_make(set, job, view, vd_impostor_slot_at(set, wishes[i].slot));
+    }
+    set->stats.waiting = set->wishes.count - i;
+    set->stats.draw_s = 1e-9 * (double)(vd_clock_ns() - start);
+    return status;
+}
+
+vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *camera, int width,
+                              int height, double time_s, vd_impostor_stats *stats) {
+    vd_status status = vd_camera_validate(camera);
+    if (status.code == VD_OK && camera->projection != VD_PROJECTION_PERSPECTIVE) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "impostors are shown through a perspective camera; parallel rays have "
+                            "no parallax to wait for");
+    }
+    if (status.code == VD_OK && !(isfinite(time_s) && (!set->moving || time_s >= set->time_s))) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "an update at %g s comes after one at %g s; time goes "
+                            "forward",
+                            time_s, set->time_s);
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const uint64_t start = vd_clock_ns();
+    set->update++;
+    set->stats.drawn = set->stats.waiting = 0;
+    follow(set, camera, time_s);
+    const vd_impostor_view view = view_of(set, camera, width, height);
+    status = vd_impostors_decide(set, &view);
+    set->stats.decide_s = 1e-9 * (double)(vd_clock_ns() - start);
+    if (status.code == VD_OK) {
+        status = make_wishes(set, job, &view);
+    }
+    vd_impostors_trim(set);
+    set->stats.shown = set->shown.count;
+    set->stats.direct = set->direct.count;
+    set->stats.bytes = set->bytes;
+    if (stats != NULL) {
+        *stats = set->stats;
+    }
+    return status;
+}
