@@ -3,7 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
-#include "world/label_layout.h"
+#include "world/label_layout_internal.h"
 
 static vd_context *context;
 static vd_label_layout *layout;

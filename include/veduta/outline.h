@@ -11,6 +11,7 @@
 #ifndef VEDUTA_OUTLINE_H
 #define VEDUTA_OUTLINE_H
 
+#include <veduta/color.h>
 #include <veduta/coverage.h>
 
 VD_BEGIN_DECLARATIONS
@@ -35,6 +36,25 @@ typedef vd_status vd_outline_function(void *user, const char *utf8, double size_
 
 /* Frees the arrays and sets everything to zero. Null and all zero are accepted. */
 VD_API void vd_outline_finish(vd_outline *outline);
+
+/* How letters look over a picture: both colours straight sRGB. */
+typedef struct vd_letters {
+    vd_rgba8 color;
+    vd_rgba8 halo;     /* around the letters; alpha 0: none */
+    double halo_width; /* on each side, picture pixels, at most 1024; 0: none */
+} vd_letters;
+
+/* White letters, readable on snow by a dark halo and on forest by themselves. A halo is a tenth of
+ * an em at small sizes; large letters need less. */
+VD_API vd_letters vd_letters_default(double size_px);
+
+/* Makes the layers that draw an outline with its baseline beginning at (x, y): the halo's, then the
+ * letters'. Returns how many: 1 or 2. The layers borrow the outline's path and *stroke. */
+VD_API int vd_outline_layers(const vd_outline *outline, double x, double y,
+                             const vd_letters *letters, vd_stroke *stroke, vd_layer layers[2]);
+
+/* A straight 8-bit colour as layers have it: premultiplied, 65535 = 1. */
+VD_API void vd_layer_color(vd_rgba8 color, uint16_t out[4]);
 
 VD_END_DECLARATIONS
 

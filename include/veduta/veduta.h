@@ -16,6 +16,7 @@
 #include <veduta/dem.h>
 #include <veduta/frame.h>
 #include <veduta/function.h>
+#include <veduta/furniture.h>
 #include <veduta/heightfield.h>
 #include <veduta/impostor.h>
 #include <veduta/job.h>

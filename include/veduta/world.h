@@ -15,6 +15,7 @@
 #ifndef VEDUTA_WORLD_H
 #define VEDUTA_WORLD_H
 
+#include <veduta/furniture.h>
 #include <veduta/model.h>
 #include <veduta/object.h>
 #include <veduta/terrain.h>
@@ -81,16 +82,8 @@ VD_API const vd_world_def *vd_world_look(const vd_world *world);
 
 typedef struct vd_world_renderer vd_world_renderer;
 
-/* What lies over a picture, made for each picture by the caller: map furniture. Layers are drawn in
- * order over the frame; labels keep out of the `kept` rectangles. What is given must live until
+/* Makes what lies over a picture, such as vd_furniture_arrange does. What is given must live until
  * the picture is drawn. */
-typedef struct vd_overlay {
-    const vd_layer *layers;
-    size_t layer_count;
-    const float (*kept)[4]; /* [kept_count]: x0, y0, x1, y1, pixels */
-    size_t kept_count;
-} vd_overlay;
-
 typedef vd_status vd_overlay_function(void *user, const vd_camera *camera, int width, int height,
                                       vd_overlay *out);
 

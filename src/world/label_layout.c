@@ -4,7 +4,7 @@
  * that they touch; boxes do not overlap, so a cell has few. A label in a crowd could still try many
  * spots in vain; but once its leader meets something, all higher spots are out.
  */
-#include "world/label_layout.h"
+#include "world/label_layout_internal.h"
 
 #include <math.h>
 #include <string.h>

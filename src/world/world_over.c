@@ -65,14 +65,6 @@ static size_t ask(const vd_pass *pass, const vd_frame *frame, vd_label_request *
     return count;
 }
 
-static void premultiply(vd_rgba8 color, uint16_t out[4]) {
-    const uint32_t channels[3] = {color.r, color.g, color.b};
-    for (int i = 0; i < 3; i++) {
-        out[i] = (uint16_t)((channels[i] * 257u * color.a + 127u) / 255u);
-    }
-    out[3] = (uint16_t)(color.a * 257u);
-}
-
 static vd_layer layer_of(vd_path path) {
     vd_layer layer = vd_layer_default();
     layer.path = path;
@@ -104,8 +96,8 @@ static size_t add_name(const vd_label *label, const vd_label_request *request,
                              .verb_count = label->verb_count};
     uint16_t halo[4], color[4];
     size_t count = 0;
-    premultiply(label->halo, halo);
-    premultiply(label->color, color);
+    vd_layer_color(label->halo, halo);
+    vd_layer_color(label->color, color);
     memcpy(parts->leader, ends, sizeof ends);
     parts->halo = stroke_of(HALO, halo);
     parts->dark = stroke_of(spot->leader ? 2.5 : 5.0, halo);

@@ -1,6 +1,6 @@
-/* label_layout.h: what tests see of the placing of labels beyond the public API. */
-#ifndef VEDUTA_WORLD_LABEL_LAYOUT_H
-#define VEDUTA_WORLD_LABEL_LAYOUT_H
+/* label_layout_internal.h: what tests see of the placing of labels beyond the public API. */
+#ifndef VEDUTA_WORLD_LABEL_LAYOUT_INTERNAL_H
+#define VEDUTA_WORLD_LABEL_LAYOUT_INTERNAL_H
 
 #include <veduta/label_layout.h>
 
