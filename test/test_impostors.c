@@ -1,0 +1,272 @@
+/* Which impostors are shown and drawn, without looking at their pixels. */
+#include <math.h>
+#include "impostor/impostor_set.h"
+#include "world_scenes.h"
+
+typedef struct scene {
+    vd_context *context;
+    vd_heightfield *map;
+    vd_world *world;
+    vd_world_renderer *renderer;
+    vd_impostors *set;
+    double time_s;
+} scene;
+
+static void begin(scene *s, int balls, const vd_impostor_def *def) {
+    const vd_vec3 middle = {0, 0, 0};
+    s->context = test_context(2, VD_ISA_AUTO);
+    s->map = hills(s->context, middle);
+    s->world = make_world(s->context, s->map, middle, balls, 3);
+    s->time_s = 0.0;
+    assert_ok(vd_world_renderer_create(s->context, NULL, s->world, NULL, &s->renderer));
+    assert_ok(vd_impostors_create(s->context, s->world, s->renderer, def, &s->set));
+}
+
+static void end(scene *s) {
+    vd_impostors_destroy(&s->set);
+    vd_world_renderer_destroy(&s->renderer);
+    vd_world_destroy(&s->world);
+    vd_heightfield_destroy(s->context, &s->map);
+    vd_context_destroy(&s->context);
+}
+
+static vd_impostor_stats step(scene *s, const vd_camera *camera) {
+    vd_impostor_stats stats;
+    s->time_s += 1.0 / 60;
+    assert_ok(vd_impostors_update(s->set, NULL, camera, WIDTH, HEIGHT, s->time_s, &stats));
+    return stats;
+}
+
+static vd_impostor_def patient(void) {
+    vd_impostor_def def = vd_impostor_def_default();
+    def.budget_s = 100.0;
+    def.least_reuse = 2.0;
+    return def;
+}
+
+/* How often each placed object is shown: itself or as part of a picture. */
+static void count_shown(const scene *s, uint32_t node, bool within, int *out) {
+    const vd_node *n = &s->world->nodes[node];
+    const uint32_t *shown = s->set->shown.data, *direct = s->set->direct.data;
+    int times = within;
+    for (size_t i = 0; i < s->set->shown.count; i++) {
+        times += vd_impostor_slot_at(s->set, shown[i])->node == node;
+    }
+    for (size_t i = 0; i < s->set->direct.count; i++) {
+        times += direct[i] == node;
+    }
+    assert_true(times <= 1);
+    if (n->count == 0) {
+        out[n->entry] += times;
+    }
+    for (uint32_t i = 0; i < n->count; i++) {
+        count_shown(s, n->first + i, times > 0, out);
+    }
+}
+
+static void check_once(const scene *s, const vd_camera *camera) {
+    static int times[4096];
+    memset(times, 0, sizeof times);
+    count_shown(s, 0, false, times);
+    const vd_frustum frustum = vd_camera_frustum(camera, WIDTH, HEIGHT);
+    for (size_t i = 0; i < vd_world_object_count(s->world); i++) {
+        const vd_object *object = s->world->entries[i].object;
+        vd_vec3 min, max;
+        vd_object_bounds(object, &min, &max);
+        assert_true(times[i] <= 1);
+        if (times[i] == 0 && object->kind != VD_OBJECT_TERRAIN &&
+            vd_frustum_touches_box(&frustum, min, max)) {
+            /* Only what a picture shows nothing of may be missing. */
+            uint64_t id = object->id;
+            bool empty = false;
+            for (; id != 0 && !empty; id = vd_object_parent_id(id)) {
+                const uint32_t node = (uint32_t)(vd_world_node(s->world, id) - s->world->nodes);
+                empty = s->set->slot_of[node] != 0 &&
+                        vd_impostor_slot_at(s->set, s->set->slot_of[node] - 1)->empty;
+            }
+            assert_true(empty);
+        }
+    }
+}
+
+static void everything_is_shown_once(void **state) {
+    (void)state;
+    vd_impostor_def def = patient();
+    for (int budget = 0; budget < 2; budget++) {
+        scene s;
+        uint64_t random = 9;
+        def.budget_s = budget == 0 ? 1e-9 : 100.0; /* a picture an update; all */
+        begin(&s, 300, &def);
+        vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+        vd_vec3 motion = {2, 1, 0};
+        uint64_t shown = 0, direct = 0;
+        for (int i = 0; i < 150; i++) {
+            if (i % 15 == 0) {
+                motion = vd_vec3_make(8 * test_uniform(&random) - 4, 8 * test_uniform(&random) - 4,
+                                      test_uniform(&random) - 0.5);
+            }
+            camera.eye = vd_vec3_add(camera.eye, motion);
+            camera.orientation = vd_orientation_from_angles(0.1 + 0.01 * i, -0.25, 0.0);
+            const vd_impostor_stats stats = step(&s, &camera);
+            shown += stats.shown;
+            direct += stats.direct;
+            check_once(&s, &camera);
+        }
+        assert_true(shown > 500 && direct > 100);
+        end(&s);
+    }
+}
+
+static void a_resting_camera_draws_nothing(void **state) {
+    (void)state;
+    scene s;
+    const vd_impostor_def def = patient();
+    begin(&s, 300, &def);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    vd_impostor_stats stats = step(&s, &camera);
+    assert_true(stats.drawn > 3 && stats.waiting == 0);
+    for (int i = 0; i < 5; i++) {
+        stats = step(&s, &camera);
+    }
+    assert_int_equal(stats.drawn, 0);
+    assert_true(stats.error_px <= def.tolerance_px);
+    /* Turning: only what comes into the view. */
+    uint64_t drawn = 0;
+    for (int i = 0; i < 63; i++) {
+        camera.orientation = vd_orientation_from_angles(0.1 + 0.1 * (i + 1), -0.25, 0.0);
+        drawn += step(&s, &camera).drawn;
+    }
+    assert_true(drawn > 0);
+    for (int i = 0; i < 63; i++) { /* once round again: it is all there */
+        camera.orientation = vd_orientation_from_angles(0.1 + 0.1 * (i + 64), -0.25, 0.0);
+        assert_int_equal(step(&s, &camera).drawn, 0);
+    }
+    end(&s);
+}
+
+/* With all the time that it takes, what is shown is right to the tolerance. */
+static void moves_keep_to_the_tolerance(void **state) {
+    (void)state;
+    scene s;
+    vd_impostor_def def = patient();
+    def.tolerance_px = 0.7;
+    begin(&s, 300, &def);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    uint64_t drawn = 0, shown = 0;
+    for (int i = 0; i < 120; i++) {
+        camera.eye.x += 0.3;
+        camera.eye.y += 0.2;
+        const vd_impostor_stats stats = step(&s, &camera);
+        drawn += stats.drawn;
+        shown += stats.shown;
+        const vd_impostor_view view = {.eye = camera.eye,
+                                       .camera = camera,
+                                       .width = WIDTH,
+                                       .height = HEIGHT,
+                                       .focal_px = camera.lens.fx};
+        const uint32_t *list = s.set->shown.data;
+        for (size_t k = 0; k < s.set->shown.count; k++) {
+            /* Pictures are made for where the camera will be: wrong by as much before as after. */
+            const double error =
+                vd_impostor_error(s.set, &view, vd_impostor_slot_at(s.set, list[k]));
+            assert_true(error <= 2 * def.tolerance_px);
+        }
+    }
+    assert_true(shown > 5 * drawn); /* reuse */
+    end(&s);
+}
+
+static void memory_is_kept(void **state) {
+    (void)state;
+    scene s;
+    vd_impostor_def def = patient();
+    def.memory_bytes = (size_t)1 << 20;
+    def.samples = 1;
+    def.most_px = 1500.0;
+    def.least_reuse = 0.0;
+    begin(&s, 300, &def);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    camera.lens.fx *= 6; /* large pictures */
+    camera.lens.fy *= 6;
+    for (int i = 0; i < 40; i++) {
+        camera.orientation = vd_orientation_from_angles(0.4 * i, -0.25, 0.0);
+        const vd_impostor_stats stats = step(&s, &camera);
+        assert_true(stats.bytes <= def.memory_bytes);
+    }
+    assert_true(s.set->stats.dropped > 0);
+    end(&s);
+}
+
+static void bad_input_is_refused(void **state) {
+    (void)state;
+    scene s;
+    begin(&s, 3, NULL);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    vd_impostor_def bad[] = {vd_impostor_def_default(), vd_impostor_def_default(),
+                             vd_impostor_def_default(), vd_impostor_def_default()};
+    bad[0].budget_s = 0;
+    bad[1].tolerance_px = NAN;
+    bad[2].memory_bytes = 5;
+    bad[3].samples = 3;
+    for (int i = 0; i < 4; i++) {
+        vd_impostors *set = NULL;
+        assert_int_equal(vd_impostors_create(s.context, s.world, s.renderer, &bad[i], &set).code,
+                         VD_ERROR_ARGUMENT);
+        assert_null(set);
+    }
+    (void)step(&s, &camera);
+    assert_int_equal(vd_impostors_update(s.set, NULL, &camera, WIDTH, HEIGHT, -1, NULL).code,
+                     VD_ERROR_ARGUMENT);
+    vd_camera parallel = camera;
+    parallel.projection = VD_PROJECTION_ORTHOGRAPHIC;
+    parallel.far_m = 100;
+    assert_int_equal(vd_impostors_update(s.set, NULL, &parallel, WIDTH, HEIGHT, 9, NULL).code,
+                     VD_ERROR_ARGUMENT);
+    end(&s);
+}
+
+static void tolerance_zero_always_draws(void **state) {
+    (void)state;
+    scene s;
+    vd_impostor_def def = patient();
+    def.tolerance_px = 0.0;
+    begin(&s, 100, &def);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    for (int i = 0; i < 4; i++) {
+        const vd_impostor_stats stats = step(&s, &camera);
+        assert_true(stats.drawn >= stats.shown);
+    }
+    end(&s);
+}
+
+/* The measure: 0 for equal frames, and eq. 5.1 for others. */
+static void the_measure_is_the_published_one(void **state) {
+    (void)state;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_frame *a = NULL, *b = NULL;
+    assert_ok(vd_frame_create(context, 37, 20, 0, &a));
+    assert_ok(vd_frame_create(context, 37, 20, 0, &b));
+    assert_true(vd_frame_error(a, b) == 0.0);
+    for (int y = 0; y < 20; y++) {
+        for (int x = 0; x < 37; x++) {
+            b->rgba[4 * ((size_t)y * b->stride + (size_t)x)] = 51; /* a fifth in red */
+        }
+    }
+    assert_true(fabs(vd_frame_error(a, b) - sqrt(0.04 / 0.1)) < 1e-12);
+    vd_frame_destroy(&a);
+    vd_frame_destroy(&b);
+    vd_context_destroy(&context);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(everything_is_shown_once),
+        cmocka_unit_test(a_resting_camera_draws_nothing),
+        cmocka_unit_test(moves_keep_to_the_tolerance),
+        cmocka_unit_test(memory_is_kept),
+        cmocka_unit_test(bad_input_is_refused),
+        cmocka_unit_test(tolerance_zero_always_draws),
+        cmocka_unit_test(the_measure_is_the_published_one),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
