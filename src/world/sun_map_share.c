@@ -1,0 +1,95 @@
+/* sun_map_share.c: looking points up in the map. */
+#include <math.h>
+#include "world/sun_map.h"
+
+/* How much of the light a texel takes from a point at a height. */
+static inline float taken(const vd_sun_map *map, size_t at, float height) {
+    const float top = map->top[at];
+    if (!(top > height)) {
+        return 0.0f;
+    }
+    const uint8_t alpha = map->alpha[at];
+    if (alpha == 255) {
+        return 1.0f;
+    }
+    /* What lets light through takes it from its top to its bottom. */
+    const float bottom = map->bottom[at];
+    const float depth = bottom < top ? (top - height) / (top - bottom) : 1.0f;
+    return (float)alpha * (1.0f / 255.0f) * (depth < 1.0f ? depth : 1.0f);
+}
+
+/* How much of each of 4 texels from `first` on the box around a place covers; in parts of the box.
+ */
+static inline int weigh(float place, float width, float weight[4]) {
+    const float from = place - 0.5f * width, to = place + 0.5f * width, scale = 1.0f / width;
+    const int first = (int)from; /* at least 0 */
+    for (int i = 0; i < 4; i++) {
+        const float left = (float)(first + i), right = left + 1.0f;
+        const float a = from > left ? from : left, b = to < right ? to : right;
+        weight[i] = b > a ? (b - a) * scale : 0.0f;
+    }
+    return first;
+}
+
+/* The share at a place whose texels are all in the map. */
+static float filter(const vd_sun_map *map, float column, float row, float height, float width) {
+    float across[4], down[4], sum = 0.0f;
+    const int x = weigh(column, width, across), y = weigh(row, width, down);
+    for (int r = 0; r < 4; r++) {
+        if (!(down[r] > 0.0f)) {
+            continue;
+        }
+        const size_t at = (size_t)(y + r) * (size_t)map->side + (size_t)x;
+        float line = 0.0f;
+        for (int c = 0; c < 4; c++) {
+            line += across[c] > 0.0f ? across[c] * taken(map, at + (size_t)c, height) : 0.0f;
+        }
+        sum += down[r] * line;
+    }
+    const float share = 1.0f - sum;
+    return share > 1e-5f ? share < 1.0f ? share : 1.0f : 0.0f;
+}
+
+uint32_t vd_sun_map_shares(const vd_sun_map *map, uint32_t mask, const float column[16],
+                           const float row[16], const float height[16], const float width[16],
+                           float share[16]) {
+    uint32_t dark = 0;
+    const float end = (float)(map->side - 2), most = map->highest_of_all;
+    for (int i = 0; i < 16; i++) {
+        share[i] = 1.0f;
+    }
+    if (map->side == 0) {
+        return 0;
+    }
+    uint32_t inside = 0;
+    for (int i = 0; i < 16; i++) {
+        const uint32_t in = (uint32_t)(column[i] >= 2.0f) & (uint32_t)(column[i] < end) &
+                            (uint32_t)(row[i] >= 2.0f) & (uint32_t)(row[i] < end) &
+                            (uint32_t)(height[i] < most);
+        inside |= in << i;
+    }
+    const size_t blocks = (size_t)(map->side / VD_SUN_MAP_BLOCK);
+    for (inside &= mask; inside != 0; inside &= inside - 1) {
+        const int i = __builtin_ctz(inside);
+        const size_t x = (size_t)(int)column[i] / VD_SUN_MAP_BLOCK;
+        const size_t y = (size_t)(int)row[i] / VD_SUN_MAP_BLOCK;
+        if (map->highest[y * blocks + x] > height[i]) {
+            share[i] = filter(map, column[i], row[i], height[i], width[i]);
+            dark |= (uint32_t)(share[i] < 1.0f) << i;
+        }
+    }
+    return dark;
+}
+
+float vd_sun_map_share(const vd_sun_map *map, const float p[3], float footprint_m) {
+    float place[3][16], width[16], share[16];
+    for (int i = 0; i < 16; i++) {
+        for (int k = 0; k < 3; k++) {
+            const float *a = map->axes[k];
+            place[k][i] = (a[0] * p[0] + (a[1] * p[1] + a[2] * p[2])) + map->at[k];
+        }
+        width[i] = map->side > 0 ? vd_sun_map_width(map, footprint_m) : 1.0f;
+    }
+    (void)vd_sun_map_shares(map, 1, place[0], place[1], place[2], width, share);
+    return share[0];
+}
