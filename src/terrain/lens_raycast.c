@@ -2,26 +2,12 @@
  * the colours and depths of what it hits. Every number is the fast twin's (lens_march.inl), bit for
  * bit. */
 #include <string.h>
+#include "core/real.h"
 #include "terrain/lens_cast.h"
 
 /* (a·b + 2^14) >> 15, as the processors' pmulhrsw does. */
 static int multiply_high(int a, int b) {
     return (a * b + 16384) >> 15;
-}
-
-/* 2^x for x <= 0, by the exponent and a polynomial on the fraction (minimax, 4·10^−6). */
-static float exp2_negative(float x) {
-    const float clamped = vd_lens_max(x, -126.0f);
-    const float whole = floorf(clamped), f = clamped - whole;
-    float p = 0.0135557f;
-    p = p * f + 0.0520323f;
-    p = p * f + 0.2413793f;
-    p = p * f + 0.6930327f;
-    p = p * f + 1.0000026f;
-    const uint32_t bits = (uint32_t)((int)whole + 127) << 23;
-    float scale;
-    memcpy(&scale, &bits, sizeof scale);
-    return p * scale;
 }
 
 /* Which size of the textures is read at t metres. */
@@ -76,7 +62,7 @@ static uint32_t shade_hit(const vd_lens_view *view, const vd_lens_ray *r, float 
     int16_t color[4];
     read_texture(view, r->u + r->ut * s, r->v + r->vt * s, t, color);
     if (view->haze != 0.0f) {
-        const float left = exp2_negative((t * direction_length(view, x, y)) * view->haze);
+        const float left = vd_exp2_negative((t * direction_length(view, x, y)) * view->haze);
         const int hazy = 32767 - (int)(left * 32767.0f);
         for (int i = 0; i < 4; i++) {
             color[i] = (int16_t)(color[i] + multiply_high(view->haze_color[i] - color[i], hazy));
