@@ -297,15 +297,6 @@ static void load_orbit(loading *l, json_t *object) {
 /* ---- track ------------------------------------------------------------------------------------
  */
 
-vd_status vd_path_load_track(vd_context *context, const char *path, vd_track_points *out) {
-    (void)context;
-    (void)out;
-    return vd_failure(VD_ERROR_UNSUPPORTED,
-                      "%.160s: this build does not read tracks yet; give the points as JSON: "
-                      "{\"veduta_path\": 1, \"track\": {\"lonlat\": [[6.86, 45.83], …]}}",
-                      path);
-}
-
 /* Makes a path along points that are in degrees, or in metres; they are changed. */
 static void make_track(loading *l, const json_t *object, double (*points)[3], int count, bool has_z,
                        bool degrees) {

@@ -393,6 +393,52 @@ static void tracks_are_walked(void **state) {
     assert_int_equal((int)number_of("\"done\": "), 3);
 }
 
+static const char *const dem_tif = VEDUTA_SOURCE_DIR "/data/mont-blanc.tif";
+
+/* Tracks as GPX and GeoJSON, with heights and without, over a map that says where it lies. */
+static void track_files_are_walked(void **state) {
+    (void)state;
+    if (CALL(program, "info", dem_tif) != 0) {
+        skip(); /* without GDAL */
+    }
+    write_file("hike.gpx",
+               "<?xml version=\"1.0\"?><gpx version=\"1.1\" creator=\"t\" "
+               "xmlns=\"http://www.topografix.com/GPX/1/1\"><wpt lat=\"45.9\" lon=\"6.85\"/>"
+               "<trk><name>up</name><trkseg><trkpt lat=\"45.87\" lon=\"6.80\"/><trkpt "
+               "lat=\"45.88\" lon=\"6.83\"/></trkseg><trkseg><trkpt lat=\"45.885\" "
+               "lon=\"6.85\"/><trkpt lat=\"45.89\" lon=\"6.87\"/></trkseg></trk></gpx>");
+    write_file("hike.geojson",
+               "{\"type\": \"LineString\", \"coordinates\": [[6.80, 45.87, 9000], [6.83, 45.88, "
+               "9000], [6.85, 45.885, 9000], [6.87, 45.89, 9000]]}");
+    write_file("places.geojson", "{\"type\": \"Point\", \"coordinates\": [6.8, 45.87]}");
+    static const char *const files[] = {"hike.gpx", "hike.geojson"};
+    double lengths[2];
+    for (int i = 0; i < 2; i++) { /* above the ground both, whatever heights they have */
+        expect_success(CALL(program, "fly", dem_tif, files[i], "--preview", "--json", "--above",
+                            "300", "--clearance", "0"));
+        lengths[i] = number_of("\"length_m\": ");
+        assert_true(number_of("\"lowest_m\": ") > 30.0 && number_of("\"lowest_m\": ") < 301.0);
+    }
+    assert_true(lengths[0] > 5500.0 && fabs(lengths[0] - lengths[1]) < 1.0);
+    write_file("own.json", "{\"veduta_path\": 1, \"track\": {\"file\": \"hike.geojson\", "
+                           "\"own_heights\": true, \"height\": 10}}");
+    expect_success(CALL(program, "fly", dem_tif, "own.json", "--preview", "--json"));
+    assert_true(number_of("\"lowest_m\": ") > 4000.0);
+    expect_success(CALL(program, "fly", dem_tif, "hike.gpx", "-s", "32x18", "--fps", "1",
+                        "--duration", "2", "-o", "g{}.png"));
+    assert_true(exists("g1.png"));
+    assert_int_equal(CALL(program, "fly", dem_tif, "places.geojson", "--preview"), 1);
+    expect_text(last.err, "places.geojson holds no track");
+    assert_int_equal(CALL(program, "fly", dem, "hike.gpx", "--preview"), 1);
+    expect_text(last.err, "no georeference");
+    /* Keyframes by longitude and latitude. */
+    write_file("at.json", "{\"veduta_path\": 1, \"keyframes\": [{\"at\": [6.80, 45.87], "
+                          "\"height\": 900, \"look_at\": [6.865, 45.8326]}, {\"at\": [6.87, "
+                          "45.89], \"masl\": 4000, \"look_at\": [6.865, 45.8326]}]}");
+    expect_success(CALL(program, "fly", dem_tif, "at.json", "--preview", "--json"));
+    assert_true(number_of("\"length_m\": ") > 5500.0);
+}
+
 /* ---- what is refused --------------------------------------------------------------------------
  */
 
@@ -507,14 +553,14 @@ static void bad_paths_are_refused(void **state) {
 
 static int set_up(void **state) {
     (void)state;
-    static char folder[] = "/tmp/veduta-fly-XXXXXX";
+    static char folder[] = VEDUTA_BINARY_DIR "/test-app-fly-XXXXXX";
     return mkdtemp(folder) == NULL || chdir(folder) != 0;
 }
 
 static int tear_down(void **state) {
     (void)state;
     char folder[4096], command[4200];
-    if (getcwd(folder, sizeof folder) == NULL || strncmp(folder, "/tmp/veduta-fly-", 16) != 0) {
+    if (getcwd(folder, sizeof folder) == NULL || strstr(folder, "/test-app-fly-") == NULL) {
         return 1;
     }
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
@@ -535,6 +581,7 @@ int main(void) {
         cmocka_unit_test(dry_runs_write_nothing),
         cmocka_unit_test(progress_is_json_lines),
         cmocka_unit_test(tracks_are_walked),
+        cmocka_unit_test(track_files_are_walked),
         cmocka_unit_test(ffmpeg_may_be_missing),
         cmocka_unit_test(ffmpeg_may_fail),
         cmocka_unit_test(bad_use_is_refused),
