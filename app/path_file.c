@@ -3,7 +3,6 @@
 
 #include <jansson.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "options.h"
@@ -512,29 +511,4 @@ vd_status vd_path_load(vd_context *context, const char *path, const vd_path_sett
     }
     notes->clearance_m = said(settings->clearance_m, notes->clearance_m);
     return l.reader.status;
-}
-
-vd_status vd_path_save(const char *path, const vd_keyframe *keyframes, int count) {
-    json_t *list = json_array();
-    bool failed = list == NULL;
-    for (int i = 0; i < count && !failed; i++) {
-        const vd_keyframe *k = &keyframes[i];
-        double heading, pitch, roll;
-        vd_orientation_to_angles(k->orientation, &heading, &pitch, &roll);
-        json_t *key =
-            json_pack("{s: f, s: [f, f, f], s: f, s: f, s: f, s: f}", "time", k->time_s, "eye",
-                      k->eye.x, k->eye.y, k->eye.z, "heading", heading / VD_RADIANS_PER_DEGREE,
-                      "pitch", pitch / VD_RADIANS_PER_DEGREE, "roll", roll / VD_RADIANS_PER_DEGREE,
-                      "fov", k->fov_y_rad / VD_RADIANS_PER_DEGREE);
-        failed = json_array_append_new(list, key) != 0;
-    }
-    json_t *root = failed ? NULL : json_pack("{s: i, s: O}", "veduta_path", 1, "keyframes", list);
-    char *text = root != NULL ? json_dumps(root, JSON_INDENT(2)) : NULL;
-    vd_status status = text != NULL ? vd_write_text(path, text)
-                                    : vd_failure(VD_ERROR_MEMORY, "out of memory while writing "
-                                                                  "keyframes");
-    free(text);
-    json_decref(root);
-    json_decref(list);
-    return status;
 }

@@ -49,8 +49,4 @@ typedef struct vd_track_points {
 VD_MUST_USE vd_status vd_path_load_track(vd_context *context, const char *path,
                                          vd_track_points *out);
 
-/* Writes keyframes as a path that vd_path_load reads back. Returns VD_ERROR_IO or VD_ERROR_MEMORY.
- */
-VD_MUST_USE vd_status vd_path_save(const char *path, const vd_keyframe *keyframes, int count);
-
 #endif
