@@ -139,13 +139,13 @@ static int count_to_draw(const fly *f, int *there) {
  * mountains at 1920 × 1080. */
 static void estimate_encoding(const vd_fly_settings *s, double *seconds, double *bytes) {
     static const double time_ns[] = {[VD_VIDEO_MP4] = 25.0,
-                                     [VD_VIDEO_WEBM] = 110.0,
-                                     [VD_VIDEO_GIF] = 110.0,
-                                     [VD_VIDEO_FRAMES] = 25.0};
-    static const double bits[] = {[VD_VIDEO_MP4] = 0.18,
-                                  [VD_VIDEO_WEBM] = 0.12,
-                                  [VD_VIDEO_GIF] = 6.0,
-                                  [VD_VIDEO_FRAMES] = 12.0};
+                                     [VD_VIDEO_WEBM] = 75.0,
+                                     [VD_VIDEO_GIF] = 45.0,
+                                     [VD_VIDEO_FRAMES] = 15.0};
+    static const double bits[] = {[VD_VIDEO_MP4] = 0.1,
+                                  [VD_VIDEO_WEBM] = 0.08,
+                                  [VD_VIDEO_GIF] = 3.0,
+                                  [VD_VIDEO_FRAMES] = 4.0};
     const double pixels = (double)s->render.width * s->render.height;
     /* Every 6 of crf doubles: 26 of them lie between 1 and 100. */
     const double quality =

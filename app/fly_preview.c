@@ -62,9 +62,9 @@ static vd_status draw_path(vd_fly_world *world, const vd_camera *camera, const v
                           blue[4] = {6000, 12000, 40000, 65535},
                           green[4] = {5000, 45000, 12000, 65535},
                           red[4] = {57000, 9000, 9000, 65535};
-    static double line[PLACES + 1][2], dots[MOST][2][2];
-    static vd_layer layers[MOST];
-    static vd_stroke strokes[MOST];
+    double line[PLACES + 1][2], dots[MOST][2][2];
+    vd_layer layers[MOST];
+    vd_stroke strokes[MOST];
     const double unit = (frame->width < frame->height ? frame->width : frame->height) / 400.0;
     const double width = unit > 1.0 ? unit : 1.0;
     int count = 0;

