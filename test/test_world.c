@@ -171,6 +171,7 @@ static void things_and_ground_meet_sample_by_sample(void **state) {
     assert_ok(vd_frame_create(context, WIDTH, HEIGHT, planes, &all));
     assert_ok(vd_frame_create(context, WIDTH, HEIGHT, planes, &ground));
     assert_ok(vd_world_renderer_create(context, NULL, world, &def, &renderer));
+    vd_sun_map_destroy(&renderer->sun_map); /* shadows are looked at in test_sun_map */
     assert_ok(vd_world_renderer_draw(renderer, NULL, &camera, frame, NULL));
 
     /* What was rasterized is still there: into one target, all samples of the ground over it. */

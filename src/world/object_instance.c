@@ -66,7 +66,7 @@ static uint32_t asset(const vd_object *object, vd_asset_kind *kind) {
     return ((const vd_instance *)object)->model;
 }
 
-static vd_matrix place_at(const vd_instance *instance, double drop_m) {
+vd_matrix vd_instance_place(const vd_instance *instance, double drop_m) {
     vd_matrix m = vd_matrix_identity();
     for (int r = 0; r < 3; r++) {
         for (int c = 0; c < 3; c++) {
@@ -82,12 +82,14 @@ static vd_matrix place_at(const vd_instance *instance, double drop_m) {
 static vd_status draw(vd_pass *pass, const vd_object *object, const void *live) {
     const vd_instance *instance = (const vd_instance *)object;
     const vd_asset *model = &pass->world->assets[instance->model];
-    const vd_matrix place = place_at(instance, vd_pass_drop(pass, object->anchor));
+    const vd_matrix place = vd_instance_place(instance, vd_pass_drop(pass, object->anchor));
     vd_status status = vd_success();
     (void)live;
     for (int i = 0; i < model->draw_count && status.code == VD_OK; i++) {
         vd_draw draw = model->draws[i];
         draw.world_from_mesh = place;
+        draw.shader = pass->shading ? model->shaders[i] : vd_shader_find(VD_SHADING_ALBEDO);
+        draw.uniforms = pass->shading ? pass->uniforms : NULL;
         draw.object_id = object->id;
         status = vd_pass_add_draw(pass, &draw);
     }

@@ -47,6 +47,9 @@ typedef struct vd_instance {
     double linear[3][3]; /* world = anchor + linear · model */
 } vd_instance;
 
+/* World from model, lowered by `drop_m`. */
+vd_matrix vd_instance_place(const vd_instance *instance, double drop_m);
+
 typedef struct vd_sprite {
     vd_object head;
     uint32_t picture;

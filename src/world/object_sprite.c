@@ -7,6 +7,7 @@
 #include "core/real.h"
 #include "world/object_kinds.h"
 #include "world/world_internal.h"
+#include "world/world_shader.h"
 
 vd_status vd_sprite_create(vd_context *context, const vd_sprite_def *def, vd_object **out) {
     const double most = VD_OBJECT_MAX_METRES;
@@ -70,10 +71,12 @@ static vd_matrix face(const vd_sprite *sprite, const vd_camera *camera, double d
         up = vd_vec3_dot(up, up) < 0.5 ? vd_vec3_make(0, 0, 1) : up;
     }
     vd_matrix m = vd_matrix_identity();
-    const double axes[3][3] = {{right.x, right.y, right.z}, {0, 0, 0}, {up.x, up.y, up.z}};
+    const vd_vec3 behind = vd_vec3_cross(up, right); /* so that normals point up */
+    const double axes[3][3] = {
+        {right.x, right.y, right.z}, {behind.x, behind.y, behind.z}, {up.x, up.y, up.z}};
     for (int r = 0; r < 3; r++) {
         m.m[r][0] = axes[0][r] * sprite->width_m;
-        m.m[r][1] = 0.0;
+        m.m[r][1] = axes[1][r];
         m.m[r][2] = axes[2][r] * sprite->height_m;
     }
     m.m[0][3] = foot.x;
@@ -89,7 +92,8 @@ static vd_status draw(vd_pass *pass, const vd_object *object, const void *live) 
     (void)live;
     draw.mesh = pass->world->quad;
     draw.world_from_mesh = face(sprite, pass->camera, vd_pass_drop(pass, object->anchor));
-    draw.shader = vd_shader_find(VD_SHADING_ALBEDO);
+    draw.shader = pass->shading ? &vd_world_shader : vd_shader_find(VD_SHADING_ALBEDO);
+    draw.uniforms = pass->shading ? pass->uniforms : NULL;
     draw.cull = VD_CULL_NONE;
     draw.object_id = object->id;
     draw.material_count = 1;

@@ -19,6 +19,8 @@ typedef struct vd_pass {
     vd_list *draws;            /* vd_draw */
     vd_list *labels;           /* const struct vd_label * */
     const vd_line_view *lines; /* uniforms of lines */
+    bool shading;              /* lit; else plain colours */
+    const void *uniforms;      /* the light on what is being drawn: vd_world_uniforms */
     double drop_per_m2;        /* curvature: how much lower things appear, by squared distance */
     const struct vd_horizon *horizon; /* null: the terrain hides nothing */
     vd_world_stats *stats;

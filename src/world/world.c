@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 #include "world/world_internal.h"
+#include "world/world_shader.h"
 
 #define MOST_ASSETS ((size_t)1 << 20)
 #define MOST_OBJECTS ((size_t)1 << 24)
@@ -16,11 +17,13 @@ vd_world_def vd_world_def_default(void) {
 static vd_status make_quad(vd_world *world) {
     static const float positions[4][3] = {
         {-0.5f, 0.0f, 0.0f}, {0.5f, 0.0f, 0.0f}, {0.5f, 0.0f, 1.0f}, {-0.5f, 0.0f, 1.0f}};
+    static const float normals[4][3] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
     static const float uvs[4][2] = {{0.0f, 1.0f}, {1.0f, 1.0f}, {1.0f, 0.0f}, {0.0f, 0.0f}};
     static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
     vd_mesh_def def = vd_mesh_def_default();
     def.vertex_count = 4;
     def.positions = &positions[0][0];
+    def.normals = &normals[0][0];
     def.uvs = &uvs[0][0];
     def.index_count = 6;
     def.indices = indices;
@@ -150,6 +153,9 @@ vd_status vd_world_add_model(vd_world *world, vd_model **model, uint32_t *number
     asset.draw_count = vd_model_draws(*model, asset.draws);
     for (int i = 0; i < asset.draw_count; i++) {
         asset.triangles += asset.draws[i].mesh->primitive_count;
+        asset.shaders[i] = asset.draws[i].mesh->topology == VD_TOPOLOGY_TRIANGLES
+                               ? vd_world_shader_for(&asset.draws[i], (*model)->has_colors)
+                               : vd_shader_find(VD_SHADING_ALBEDO);
     }
     const vd_status status = add_asset(world, &asset, number);
     if (status.code == VD_OK) {

@@ -127,20 +127,33 @@ static void settle(const band *b, vd_target *tile, bool list) {
     }
 }
 
+/* The shadows that things throw on the ground. */
+static void shade(const band *b, vd_target *tile) {
+    if (b->pass->ground && vd_world_sun_throws(b->renderer)) {
+        vd_world_shade_ground(&b->renderer->lighting, tile, b->ground_id);
+    }
+}
+
 static void finish_tile(void *user, int index, int worker) {
     const band *b = user;
     vd_target tile = tile_of(b, index);
     if (b->mix[index] == VD_TERRAIN_MIX_NOTHING) {
         (b->pass->ground ? copy_ground : clear_frame)(b, &tile);
+        if (b->pass->ground && vd_world_sun_throws(b->renderer)) {
+            vd_world_shade_picture(&b->renderer->lighting, b->renderer->picture, b->frame, tile.x,
+                                   tile.y, tile.width, tile.height);
+        }
         return;
     }
     const bool blended = b->mix[index] == VD_TERRAIN_MIX_BLENDED;
     if (!blended) {
         settle(b, &tile, false);
+        shade(b, &tile);
     } else {
         vd_target_begin_blended(&tile);
         vd_raster_blend(b->renderer->raster, &tile, worker);
         settle(b, &tile, true);
+        shade(b, &tile);
         while (vd_target_blend(&tile)) {
             vd_raster_blend(b->renderer->raster, &tile, worker);
         }

@@ -46,6 +46,7 @@ static vd_status gather(const gathering *g, const vd_node *node);
 static vd_status gather_placed(const gathering *g, const vd_node *node) {
     const vd_entry *entry = &g->renderer->world->entries[node->entry];
     g->pass->stats->drawn++;
+    g->pass->uniforms = vd_world_sun_on(g->renderer, node->entry);
     return vd_object_kinds[entry->object->kind]->draw(g->pass, entry->object, entry->live);
 }
 

@@ -11,8 +11,9 @@
 
 typedef struct vd_asset {
     vd_asset_kind kind;
-    vd_model *model;                  /* owned */
-    vd_draw draws[VD_TOPOLOGY_COUNT]; /* of the model, in its own space */
+    vd_model *model;                             /* owned */
+    vd_draw draws[VD_TOPOLOGY_COUNT];            /* of the model, in its own space */
+    const vd_shader *shaders[VD_TOPOLOGY_COUNT]; /* that light them */
     int draw_count;
     uint64_t triangles;
     vd_texture *texture;     /* of the picture, owned */

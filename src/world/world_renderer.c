@@ -70,6 +70,9 @@ vd_status vd_world_renderer_create(vd_context *context, vd_job *job, const vd_wo
     if (status.code == VD_OK) {
         status = vd_horizon_create(context, &renderer->horizon);
     }
+    if (status.code == VD_OK) {
+        status = vd_world_sun_rise(renderer, job);
+    }
     if (status.code != VD_OK) {
         vd_world_renderer_destroy(&renderer);
         return status;
@@ -83,6 +86,8 @@ void vd_world_renderer_destroy(vd_world_renderer **renderer_pointer) {
     if (renderer == NULL) {
         return;
     }
+    vd_sun_map_destroy(&renderer->sun_map);
+    vd_release(renderer->context, renderer->sun_states);
     vd_horizon_map_destroy(&renderer->horizon_map);
     vd_horizon_destroy(&renderer->horizon);
     vd_label_layout_destroy(&renderer->over.layout);
@@ -112,10 +117,11 @@ double vd_world_renderer_cost(const vd_world_renderer *renderer, uint64_t id) {
 
 vd_status vd_world_renderer_light(vd_world_renderer *renderer, vd_job *job, const vd_light *light) {
     const vd_status status = vd_terrain_renderer_light(renderer->ground, job, light);
-    if (status.code == VD_OK) {
-        renderer->light = *light;
+    if (status.code != VD_OK) {
+        return status;
     }
-    return status;
+    renderer->light = *light;
+    return vd_world_sun_rise(renderer, job);
 }
 
 vd_status vd_world_renderer_set_samples(vd_world_renderer *renderer, int samples) {
@@ -136,6 +142,8 @@ static void aim(vd_world_renderer *renderer, vd_pass *pass) {
     renderer->lines = (vd_line_view){
         .eye = pass->camera->eye, .drop_per_m2 = pass->drop_per_m2, .nearer = 1.0f + 0x1p-9f};
     pass->lines = &renderer->lines;
+    pass->shading = renderer->world->def.terrain.shading;
+    vd_world_sun_aim(renderer, pass->camera);
 }
 
 /* What the terrain hides, of a whole world. */
@@ -167,7 +175,7 @@ static vd_pass begin_pass(vd_world_renderer *renderer, const vd_camera *camera,
 /* Draws what was gathered. */
 static vd_status draw_gathered(vd_world_renderer *renderer, vd_job *job, const vd_pass *pass,
                                vd_frame *frame) {
-    if (renderer->draws.count > 0 || !pass->ground) {
+    if (renderer->draws.count > 0 || !pass->ground || vd_world_sun_throws(renderer)) {
         return vd_world_composite(renderer, job, pass, frame);
     }
     const uint64_t ground = vd_clock_ns();

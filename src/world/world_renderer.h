@@ -5,7 +5,9 @@
 #include <veduta/label_layout.h>
 #include "core/buffer.h"
 #include "terrain/horizon.h"
+#include "world/hill_shade.h"
 #include "world/world_internal.h"
+#include "world/world_shader.h"
 
 struct vd_world_renderer {
     vd_context *context;
@@ -19,9 +21,13 @@ struct vd_world_renderer {
     float *costs;          /* [world->node_count], seconds; 0: never drawn alone */
     vd_list draws, labels; /* of the last picture */
     bool has_labels;
-    vd_frame *picture; /* of the ground alone */
-    vd_target *target; /* a band of the picture */
-    vd_buffer mix;     /* what is in the band's tiles */
+    vd_sun_map *sun_map;     /* null: things throw no shadows */
+    uint8_t *sun_states;     /* [entries]: vd_hill_shade_kind + 1 of each; 0: not asked yet */
+    vd_world_light lighting; /* of the last picture */
+    vd_world_uniforms uniforms[VD_HILL_SHADE_MIXED + 1]; /* by vd_hill_shade_kind */
+    vd_frame *picture;                                   /* of the ground alone */
+    vd_target *target;                                   /* a band of the picture */
+    vd_buffer mix;                                       /* what is in the band's tiles */
     int band_width, band_rows;
     vd_line_view lines;
     vd_horizon_map *horizon_map; /* null: the terrain hides nothing */
@@ -32,6 +38,23 @@ struct vd_world_renderer {
         vd_buffer requests, spots, which, parts, layers;
     } over;
 };
+
+/* ---- world_sun.c ----------------------------------------------------------------------------- */
+
+/* Asks anew what the sun reaches, and draws the shadows that things throw. Returns VD_ERROR_MEMORY,
+ * VD_ERROR_CANCELLED. */
+VD_MUST_USE vd_status vd_world_sun_rise(vd_world_renderer *renderer, vd_job *job);
+
+/* Aims the light at a camera. */
+void vd_world_sun_aim(vd_world_renderer *renderer, const vd_camera *camera);
+
+/* Uniforms of a placed object: in the sun, in the hills' shade, or on its edge. */
+const vd_world_uniforms *vd_world_sun_on(vd_world_renderer *renderer, uint32_t entry);
+
+/* Whether things throw shadows on the ground. */
+bool vd_world_sun_throws(const vd_world_renderer *renderer);
+
+/* ---- others ---------------------------------------------------------------------------------- */
 
 /* Walks the tree below a node and gathers what may be seen. Returns VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass,
