@@ -72,13 +72,20 @@ static bool block_at(const vd_heightfield *map, int level, int64_t column, int64
 
 /* The corners of a cell that lies in the map. False where one is a hole. */
 static bool corners_of(const vd_heightfield *map, int64_t column, int64_t row, double h[4]) {
-    const int64_t width = map->width, height = map->height;
+    int c[2], r[2];
+    if (map->wraps != 0) {
+        const int64_t width = map->width, height = map->height;
+        c[0] = (int)(column - floor_divide(column, width) * width);
+        r[0] = (int)(row - floor_divide(row, height) * height);
+        c[1] = c[0] + 1 < map->width ? c[0] + 1 : 0;
+        r[1] = r[0] + 1 < map->height ? r[0] + 1 : 0;
+    } else {
+        c[0] = (int)column, c[1] = c[0] + 1;
+        r[0] = (int)row, r[1] = r[0] + 1;
+    }
     bool whole = true;
     for (int i = 0; i < 4; i++) {
-        int64_t c = column + i % 2, r = row + i / 2;
-        c -= floor_divide(c, width) * width;
-        r -= floor_divide(r, height) * height;
-        h[i] = (double)vd_heightfield_at(map, (int)c, (int)r);
+        h[i] = (double)vd_heightfield_at(map, c[i % 2], r[i / 2]);
         whole = whole && isfinite(h[i]);
     }
     return whole;

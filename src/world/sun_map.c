@@ -8,7 +8,7 @@
 #include "raster/raster_internal.h"
 
 #define TILE 256
-#define TEXELS_A_CASTER 48.0
+#define TEXELS_A_CASTER 24.0
 #define BORDER 4 /* empty texels around the casters: a look-up near the edge needs no test */
 
 /* ---- memory ---------------------------------------------------------------------------------- */
@@ -57,19 +57,19 @@ void vd_sun_map_destroy(vd_sun_map **map_in_out) {
     vd_release(map->context, map);
 }
 
-static vd_status reserve_texels(vd_sun_map *map, int side) {
+static vd_status reserve_texels(vd_sun_map *map, int side, bool bottom) {
     const size_t texels = (size_t)side * (size_t)side;
     const size_t blocks = texels / (VD_SUN_MAP_BLOCK * VD_SUN_MAP_BLOCK);
     vd_status status = vd_buffer_reserve(map->context, &map->texels, "a map of shadows", texels,
-                                         2 * sizeof(float) + 1);
+                                         sizeof(float) * (bottom ? 2 : 1) + 1);
     if (status.code == VD_OK) {
         status = vd_buffer_reserve(map->context, &map->blocks, "a map of shadows", blocks,
                                    sizeof(float));
     }
     if (status.code == VD_OK) {
         map->top = map->texels.memory;
-        map->bottom = map->top + texels;
-        map->alpha = (uint8_t *)(map->bottom + texels);
+        map->bottom = bottom ? map->top + texels : NULL;
+        map->alpha = (uint8_t *)(map->top + (bottom ? 2 : 1) * texels);
         map->highest = map->blocks.memory;
     }
     return status;
@@ -379,11 +379,12 @@ vd_status vd_sun_map_draw(vd_sun_map *map, vd_job *job, vd_vec3 sun, const vd_dr
         const vd_vec3 end = vd_vec3_make(-below(-max.x), -below(-max.y), -below(-max.z));
         aim(map, sun, axes);
         lay_out(map, vd_vec3_subtract(end, map->origin), axes, &views);
-        status = reserve_texels(map, map->side);
+        const bool bottom = map->materials.count > 0;
+        status = reserve_texels(map, map->side, bottom);
         if (status.code == VD_OK) {
             status = draw_side(map, job, &views, false);
         }
-        if (status.code == VD_OK) {
+        if (status.code == VD_OK && bottom) {
             status = draw_side(map, job, &views, true);
         }
         if (status.code == VD_OK) {

@@ -10,8 +10,9 @@
  *          └───╲─────bottom
  *      ─ ─ ─ ─ ─╲─ ─ ─ ─ plane
  *
- * as Lawlor 2004 keeps them for impostors' shadows: between top and bottom a point is inside what
- * throws the shadow, and belongs to it; below the bottom it is something else, such as the ground.
+ * as Lawlor 2004 keeps them for impostors' shadows. What is solid takes all light below its top;
+ * what lets light through takes its part on the way from its top to its bottom. Where all is solid
+ * there is no bottom: nothing would read it.
  *
  * A point's share is the weighted part of 2 × 2 … 4 × 4 texels around it whose top is not above it
  * (percentage-closer filtering, Reeves, Salesin & Cook 1987): a box as wide as the point's
@@ -41,8 +42,9 @@ typedef struct vd_sun_map {
      * above the plane, metres: axes[i]·p + at[i]. */
     float axes[3][3], at[3];
     double axes_exact[3][3], at_exact[3];
-    float *top, *bottom; /* [side][side] */
-    uint8_t *alpha;      /* [side][side] */
+    float *top;     /* [side][side] */
+    float *bottom;  /* [side][side]; null where all casters are solid */
+    uint8_t *alpha; /* [side][side] */
     /* The highest top of the texels that a point over a block may look at: those of the block and
      * two around it. [side / 16][side / 16] */
     float *highest;

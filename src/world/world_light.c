@@ -102,29 +102,49 @@ static inline float distance_of(const vd_world_light *light, float depth) {
     return light->parallel ? (1.0f - depth) * light->far_m : light->near_m / depth;
 }
 
-/* Takes back what hills hide from the sun already. Hills' shadows are wide: where both ends of a
- * run are alike so is what is between. */
-static void spare_hills(const vd_world_light *light, uint32_t dark, ground_lanes *lanes) {
+/* What hills left of the sun last time, near by. */
+typedef struct hills {
+    int row;     /* asked for here */
+    float depth; /* of the place */
+    float past;  /* below 0: some of it */
+} hills;
+
+#define HILL_ROWS 8
+
+static bool is_near(const hills *before, float depth) {
+    return fabsf(depth - before->depth) < 0.03f * before->depth;
+}
+
+/* Takes back what hills hide from the sun already. Their shadows are large: where both ends of a
+ * run are alike so is what is between, and some rows more. (Every pixel asked for: 8 times as
+ * long.) */
+static void spare_hills(const vd_world_light *light, const float depth[16], int row, uint32_t dark,
+                        hills *before, ground_lanes *lanes) {
     const int first = __builtin_ctz(dark), last = 31 - __builtin_clz(dark);
     const float(*p)[16] = (const float(*)[16])lanes->place;
-    const float a =
-        vd_world_light_past_hills(light, (float[3]){p[0][first], p[1][first], p[2][first]});
-    const float b =
-        first == last
-            ? a
-            : vd_world_light_past_hills(light, (float[3]){p[0][last], p[1][last], p[2][last]});
-    const bool alike = a == b && (a == 0.0f || a == 1.0f);
-    for (; dark != 0 && !(alike && a == 1.0f); dark &= dark - 1) {
+    if (row >= before->row + HILL_ROWS || !is_near(before, depth[first]) ||
+        !is_near(before, depth[last])) {
+        const float a =
+            vd_world_light_past_hills(light, (float[3]){p[0][first], p[1][first], p[2][first]});
+        const float b =
+            first == last
+                ? a
+                : vd_world_light_past_hills(light, (float[3]){p[0][last], p[1][last], p[2][last]});
+        *before = (hills){row, depth[first], a == b && (a == 0.0f || a == 1.0f) ? a : -1.0f};
+    }
+    for (; dark != 0 && before->past != 1.0f; dark &= dark - 1) {
         const int i = __builtin_ctz(dark);
         const float past =
-            alike ? a : vd_world_light_past_hills(light, (float[3]){p[0][i], p[1][i], p[2][i]});
+            before->past >= 0.0f
+                ? before->past
+                : vd_world_light_past_hills(light, (float[3]){p[0][i], p[1][i], p[2][i]});
         lanes->keep[i] = 1.0f - (1.0f - lanes->keep[i]) * past;
     }
 }
 
 /* Returns the lanes that are darkened. */
 static uint32_t look_up(const vd_world_light *light, float x, float y, const float depth[16],
-                        uint32_t mask, ground_lanes *lanes) {
+                        uint32_t mask, hills *before, ground_lanes *lanes) {
     float across[16], down[16], z[16], width[16], share[16];
     for (int i = 0; i < 16; i++) {
         across[i] = x + (float)i;
@@ -138,7 +158,9 @@ static uint32_t look_up(const vd_world_light *light, float x, float y, const flo
         for (int i = 0; i < 16; i++) {
             lanes->keep[i] = 1.0f - TAKEN * (1.0f - share[i]);
         }
-        spare_hills(light, dark, lanes);
+        if (light->heightfield != NULL) {
+            spare_hills(light, depth, (int)y, dark, before, lanes);
+        }
     }
     return dark;
 }
@@ -220,34 +242,33 @@ static bool find_depths(const vd_target *t, uint32_t ground_id, float *nearest, 
     return most > 0.0f;
 }
 
-static void shade_row(const vd_world_light *light, const vd_target *t, int sample, int y,
-                      uint32_t ground_id) {
+/* Shades up to 16 samples of a row from column x of the window. */
+static void shade_run(const vd_world_light *light, const vd_target *t, int sample, int x, int y,
+                      uint32_t ground_id, hills *before) {
     const float *offset = vd_sample_offsets(t->samples)[sample];
-    const size_t row = (size_t)sample * t->plane + (size_t)y * t->stride;
-    const float py = (float)(t->y + y) + offset[1];
-    for (int x = 0; x < t->width; x += 16) {
-        const int count = t->width - x < 16 ? t->width - x : 16;
-        const uint32_t *id = t->id + row + x;
-        float depth[16];
-        uint32_t mask = 0;
-        for (int i = 0; i < 16; i++) {
-            const int at = i < count ? i : 0;
-            depth[i] = t->depth[row + (size_t)(x + at)];
-            mask |= (uint32_t)(i < count && id[at] == ground_id && depth[i] > 0.0f) << i;
-        }
-        ground_lanes lanes;
-        uint32_t dark =
-            mask == 0 ? 0 : look_up(light, (float)(t->x + x) + offset[0], py, depth, mask, &lanes);
-        for (; dark != 0; dark &= dark - 1) {
-            const int i = __builtin_ctz(dark);
-            const float left =
-                vd_world_light_left(light, lanes.place[0][i], lanes.place[1][i], lanes.place[2][i]);
-            uint16_t *color = t->color + 4 * (row + (size_t)(x + i));
-            for (int c = 0; c < 3; c++) {
-                const float before = (float)color[c] * (1.0f / 65535.0f);
-                color[c] =
-                    (uint16_t)(darken(light, before, c, lanes.keep[i], left) * 65535.0f + 0.5f);
-            }
+    const size_t row = (size_t)sample * t->plane + (size_t)y * t->stride + (size_t)x;
+    const int count = t->width - x < 16 ? t->width - x : 16;
+    float depth[16];
+    uint32_t mask = 0;
+    for (int i = 0; i < 16; i++) {
+        const size_t at = row + (size_t)(i < count ? i : 0);
+        depth[i] = t->depth[at];
+        mask |= (uint32_t)(i < count && t->id[at] == ground_id && depth[i] > 0.0f) << i;
+    }
+    if (mask == 0) {
+        return;
+    }
+    ground_lanes lanes;
+    uint32_t dark = look_up(light, (float)(t->x + x) + offset[0], (float)(t->y + y) + offset[1],
+                            depth, mask, before, &lanes);
+    for (; dark != 0; dark &= dark - 1) {
+        const int i = __builtin_ctz(dark);
+        const float left =
+            vd_world_light_left(light, lanes.place[0][i], lanes.place[1][i], lanes.place[2][i]);
+        uint16_t *color = t->color + 4 * (row + (size_t)i);
+        for (int c = 0; c < 3; c++) {
+            const float was = (float)color[c] * (1.0f / 65535.0f);
+            color[c] = (uint16_t)(darken(light, was, c, lanes.keep[i], left) * 65535.0f + 0.5f);
         }
     }
 }
@@ -262,36 +283,36 @@ void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint3
     if (!may_be_dark(light, rectangle, nearest, farthest)) {
         return;
     }
-    for (int s = 0; s < window->samples; s++) {
+    for (int x = 0; x < window->width; x += 16) {
+        hills before = {-HILL_ROWS, 0.0f, -1.0f};
         for (int y = 0; y < window->height; y++) {
-            shade_row(light, window, s, y, ground_id);
+            for (int s = 0; s < window->samples; s++) {
+                shade_run(light, window, s, x, y, ground_id, &before);
+            }
         }
     }
 }
 
-static void shade_picture_row(const vd_world_light *light, const float *from, uint8_t *rgba, int x0,
-                              int y, int width) {
-    for (int x = 0; x < width; x += 16) {
-        const int count = width - x < 16 ? width - x : 16;
-        float depth[16];
-        uint32_t mask = 0;
-        for (int i = 0; i < 16; i++) {
-            depth[i] = from[x + (i < count ? i : 0)];
-            mask |= (uint32_t)(i < count && depth[i] > 0.0f) << i;
-        }
-        ground_lanes lanes;
-        uint32_t dark = mask == 0 ? 0
-                                  : look_up(light, (float)(x0 + x) + 0.5f, (float)y + 0.5f, depth,
-                                            mask, &lanes);
-        for (; dark != 0; dark &= dark - 1) {
-            const int i = __builtin_ctz(dark);
-            const float left =
-                vd_world_light_left(light, lanes.place[0][i], lanes.place[1][i], lanes.place[2][i]);
-            uint8_t *color = rgba + 4 * (x + i);
-            for (int c = 0; c < 3; c++) {
-                const float before = (float)color[c] * (1.0f / 255.0f);
-                color[c] = (uint8_t)(darken(light, before, c, lanes.keep[i], left) * 255.0f + 0.5f);
-            }
+static void shade_picture_run(const vd_world_light *light, const float *from, uint8_t *rgba, int x,
+                              int y, int count, hills *before) {
+    float depth[16];
+    uint32_t mask = 0;
+    for (int i = 0; i < 16; i++) {
+        depth[i] = from[i < count ? i : 0];
+        mask |= (uint32_t)(i < count && depth[i] > 0.0f) << i;
+    }
+    if (mask == 0) {
+        return;
+    }
+    ground_lanes lanes;
+    uint32_t dark = look_up(light, (float)x + 0.5f, (float)y + 0.5f, depth, mask, before, &lanes);
+    for (; dark != 0; dark &= dark - 1) {
+        const int i = __builtin_ctz(dark);
+        const float left =
+            vd_world_light_left(light, lanes.place[0][i], lanes.place[1][i], lanes.place[2][i]);
+        for (int c = 0; c < 3; c++) {
+            const float was = (float)rgba[4 * i + c] * (1.0f / 255.0f);
+            rgba[4 * i + c] = (uint8_t)(darken(light, was, c, lanes.keep[i], left) * 255.0f + 0.5f);
         }
     }
 }
@@ -313,9 +334,12 @@ void vd_world_shade_picture(const vd_world_light *light, const vd_frame *ground,
     if (!(nearest > 0.0f) || !may_be_dark(light, rectangle, nearest, farthest)) {
         return;
     }
-    for (int row = y; row < y + height; row++) {
-        shade_picture_row(light, ground->depth + (size_t)row * ground->stride + (size_t)x,
-                          frame->rgba + 4 * ((size_t)row * frame->stride + (size_t)x), x, row,
-                          width);
+    for (int i = x; i < x + width; i += 16) {
+        hills before = {-HILL_ROWS, 0.0f, -1.0f};
+        for (int row = y; row < y + height; row++) {
+            shade_picture_run(light, ground->depth + (size_t)row * ground->stride + (size_t)i,
+                              frame->rgba + 4 * ((size_t)row * frame->stride + (size_t)i), i, row,
+                              x + width - i < 16 ? x + width - i : 16, &before);
+        }
     }
 }
