@@ -31,7 +31,7 @@
 
 #define VD_SUN_MAP_LEAST 256
 #define VD_SUN_MAP_MOST 4096
-#define VD_SUN_MAP_BLOCK 16 /* texels a side that `highest` is over */
+#define VD_SUN_MAP_BLOCK 8 /* texels a side that `highest` is over */
 
 typedef struct vd_sun_map {
     vd_context *context;
@@ -46,7 +46,7 @@ typedef struct vd_sun_map {
     float *bottom;  /* [side][side]; null where all casters are solid */
     uint8_t *alpha; /* [side][side] */
     /* The highest top of the texels that a point over a block may look at: those of the block and
-     * two around it. [side / 16][side / 16] */
+     * two around it. [side / 8][side / 8] */
     float *highest;
     float highest_of_all;
     /* How it is drawn. */

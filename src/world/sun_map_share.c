@@ -31,20 +31,30 @@ static inline int weigh(float place, float width, float weight[4]) {
     return first;
 }
 
+/* What four texels side by side take, weighed. Of what is solid without a branch. */
+static inline float take_four(const vd_sun_map *map, size_t at, const float weight[4],
+                              float height) {
+    float part[4];
+    if (map->bottom == NULL) {
+        const float *top = map->top + at;
+        for (int c = 0; c < 4; c++) {
+            part[c] = top[c] > height ? weight[c] : 0.0f;
+        }
+    } else {
+        for (int c = 0; c < 4; c++) {
+            part[c] = weight[c] > 0.0f ? weight[c] * taken(map, at + (size_t)c, height) : 0.0f;
+        }
+    }
+    return (part[0] + part[1]) + (part[2] + part[3]);
+}
+
 /* The share at a place whose texels are all in the map. */
 static float filter(const vd_sun_map *map, float column, float row, float height, float width) {
     float across[4], down[4], sum = 0.0f;
     const int x = weigh(column, width, across), y = weigh(row, width, down);
-    for (int r = 0; r < 4; r++) {
-        if (!(down[r] > 0.0f)) {
-            continue;
-        }
+    for (int r = 0; r < 4 && down[r] > 0.0f; r++) { /* without weight: the last ones */
         const size_t at = (size_t)(y + r) * (size_t)map->side + (size_t)x;
-        float line = 0.0f;
-        for (int c = 0; c < 4; c++) {
-            line += across[c] > 0.0f ? across[c] * taken(map, at + (size_t)c, height) : 0.0f;
-        }
-        sum += down[r] * line;
+        sum += down[r] * take_four(map, at, across, height);
     }
     const float share = 1.0f - sum;
     return share > 1e-5f ? share < 1.0f ? share : 1.0f : 0.0f;
