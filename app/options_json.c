@@ -1,8 +1,8 @@
 /* options_json.c: a JSON file in place of flags, and --save. */
-#include "options.h"
+#define _GNU_SOURCE /* memmem */
+#include "options_json.h"
 
 #include <errno.h>
-#include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,7 +55,7 @@ static bool append_scalar(growing_text *out, const json_t *value) {
 }
 
 /* Spells any JSON value as the text of a flag: lists with commas, objects as KEY=VALUE,…. */
-static bool append_value(growing_text *out, json_t *value) {
+static bool append_value(growing_text *out, const json_t *value) {
     append(out, "");
     if (json_is_array(value)) {
         size_t index;
@@ -72,7 +72,7 @@ static bool append_value(growing_text *out, json_t *value) {
         const char *key;
         json_t *item;
         const char *separator = "";
-        json_object_foreach(value, key, item) {
+        json_object_foreach((json_t *)value, key, item) {
             append(out, separator);
             append(out, key);
             append(out, "=");
@@ -86,8 +86,7 @@ static bool append_value(growing_text *out, json_t *value) {
     return append_scalar(out, value);
 }
 
-/* Returns folder/path, or a copy of path when it is absolute, "-", or there is no folder. */
-static char *join_path(const char *folder, const char *path) {
+char *vd_join_path(const char *folder, const char *path) {
     if (folder[0] == '\0' || path[0] == '/' || strcmp(path, "-") == 0) {
         return strdup(path);
     }
@@ -107,7 +106,7 @@ static vd_status out_of_memory(const char *name) {
     return vd_failure(VD_ERROR_MEMORY, "out of memory while reading %.200s", name);
 }
 
-static vd_status read_inputs(vd_options *options, json_t *list, const char *name,
+static vd_status read_inputs(vd_options *options, const json_t *list, const char *name,
                              const char *folder) {
     size_t index;
     json_t *item;
@@ -122,7 +121,7 @@ static vd_status read_inputs(vd_options *options, json_t *list, const char *name
                               "%.200s: \"inputs\" item %zu is not a file name; give a string", name,
                               index + 1);
         }
-        char *path = join_path(folder, json_string_value(item));
+        char *path = vd_join_path(folder, json_string_value(item));
         if (path == NULL) {
             return out_of_memory(name);
         }
@@ -184,8 +183,31 @@ static void note_version(vd_options *options, const json_t *version, const char 
     }
 }
 
-static vd_status read_key(vd_options *options, const char *key, json_t *value, const char *name,
-                          const char *folder) {
+vd_status vd_options_set_json(vd_options *options, int index, const json_t *value,
+                              const char *folder) {
+    const vd_option *option = &options->table[index];
+    growing_text text = {0};
+    vd_status status = vd_success();
+    if (!append_value(&text, value)) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "--%s: the value of \"%s\" is neither a text, a number, true, false "
+                            "nor a list of them; give one",
+                            option->key, option->key);
+    } else if (text.failed) {
+        status = out_of_memory("options");
+    } else {
+        char *spelled =
+            is_path(option, text.text) ? vd_join_path(folder, text.text) : strdup(text.text);
+        status = spelled == NULL ? out_of_memory("options")
+                                 : vd_options_set(options, index, spelled, VD_SOURCE_FILE);
+        free(spelled);
+    }
+    free(text.text);
+    return status;
+}
+
+static vd_status read_key(vd_options *options, const char *key, const json_t *value,
+                          const char *name, const char *folder) {
     if (strcmp(key, "veduta") == 0) {
         note_version(options, value, name);
         return vd_success();
@@ -197,39 +219,14 @@ static vd_status read_key(vd_options *options, const char *key, json_t *value, c
     if (index < 0 || options->table[index].transient) {
         return unknown_key(options, key, name);
     }
-    growing_text text = {0};
-    vd_status status = vd_success();
-    if (!append_value(&text, value)) {
-        status = vd_failure(VD_ERROR_ARGUMENT,
-                            "%.200s: the value of \"%s\" is neither a text, a "
-                            "number, true, false nor a list of them; give one",
-                            name, key);
-    } else if (text.failed) {
-        status = out_of_memory(name);
-    } else {
-        char *spelled = is_path(&options->table[index], text.text) ? join_path(folder, text.text)
-                                                                   : strdup(text.text);
-        status = spelled == NULL ? out_of_memory(name)
-                                 : vd_options_set(options, index, spelled, VD_SOURCE_FILE);
-        free(spelled);
-        if (status.code == VD_ERROR_ARGUMENT) {
-            status = vd_failure(VD_ERROR_ARGUMENT, "%.120s: %.240s", name, status.message);
-        }
-    }
-    free(text.text);
-    return status;
+    vd_status status = vd_options_set_json(options, index, value, folder);
+    return status.code != VD_ERROR_ARGUMENT
+               ? status
+               : vd_failure(VD_ERROR_ARGUMENT, "%.120s: %.240s", name, status.message);
 }
 
-vd_status vd_options_read_json(vd_options *options, const char *text, size_t size_bytes,
-                               const char *name, const char *folder) {
-    json_error_t error;
-    json_t *root = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
-    if (root == NULL) {
-        return vd_failure(VD_ERROR_FORMAT,
-                          "cannot read %.160s: line %d, column %d: %.100s; correct "
-                          "the JSON",
-                          name, error.line, error.column, error.text);
-    }
+vd_status vd_options_read_root(vd_options *options, const json_t *root, const char *name,
+                               const char *folder) {
     vd_status status = vd_success();
     if (json_object_get(root, "veduta") == NULL) {
         status = vd_failure(VD_ERROR_FORMAT,
@@ -239,83 +236,140 @@ vd_status vd_options_read_json(vd_options *options, const char *text, size_t siz
     }
     const char *key;
     json_t *value;
-    json_object_foreach(root, key, value) {
+    json_object_foreach((json_t *)root, key, value) {
         if (status.code != VD_OK) {
             break;
         }
         status = read_key(options, key, value, name, folder);
     }
+    return status;
+}
+
+static vd_status parse(const char *text, size_t size_bytes, const char *name, json_t **out) {
+    json_error_t error;
+    json_t *root = json_loadb(text, size_bytes, JSON_REJECT_DUPLICATES, &error);
+    if (root == NULL) {
+        return vd_failure(VD_ERROR_FORMAT,
+                          "cannot read %.160s: line %d, column %d: %.100s; correct "
+                          "the JSON",
+                          name, error.line, error.column, error.text);
+    }
+    *out = root;
+    return vd_success();
+}
+
+vd_status vd_options_read_json(vd_options *options, const char *text, size_t size_bytes,
+                               const char *name, const char *folder) {
+    json_t *root = NULL;
+    vd_status status = parse(text, size_bytes, name, &root);
+    if (status.code == VD_OK) {
+        status = vd_options_read_root(options, root, name, folder);
+    }
     json_decref(root);
     return status;
 }
 
-/* Reads a file of at most `limit` bytes; the caller frees *out. */
-static vd_status read_text(const char *path, size_t limit, char **out, size_t *size_bytes) {
+/* ---- files ------------------------------------------------------------------------------------*/
+
+#define MOST_OPTION_BYTES ((size_t)1 << 20)
+#define MOST_WORLD_BYTES ((size_t)1 << 30)
+
+/* A text that goes on behind its first MiB is a world's, or none of ours. */
+static bool names_world(const char *text, size_t size_bytes) {
+    static const char key[] = "\"veduta_world\"";
+    return memmem(text, size_bytes, key, sizeof key - 1) != NULL;
+}
+
+/* Reads an open file to its end, MiB by MiB, growing; the caller frees *out in any case. */
+static vd_status read_all(FILE *file, const char *path, char **out, size_t *size_bytes) {
+    size_t capacity = MOST_OPTION_BYTES + 1, length = 0;
+    for (;;) {
+        char *longer = realloc(*out, capacity);
+        if (longer == NULL) {
+            return out_of_memory(path);
+        }
+        *out = longer;
+        length += fread(longer + length, 1, capacity - length, file);
+        if (ferror(file) != 0) {
+            return vd_failure(VD_ERROR_IO, "cannot read %.200s: %s; check the file", path,
+                              strerror(errno));
+        }
+        if (length < capacity) {
+            break;
+        }
+        const bool world = names_world(longer, MOST_OPTION_BYTES);
+        if (!world || capacity > MOST_WORLD_BYTES) {
+            return vd_failure(VD_ERROR_LIMIT,
+                              "cannot read %.200s: it is larger than %zu bytes, which no %s file "
+                              "is; check the path",
+                              path, world ? MOST_WORLD_BYTES : MOST_OPTION_BYTES,
+                              world ? "world" : "options");
+        }
+        capacity *= 2;
+    }
+    *size_bytes = length;
+    return vd_success();
+}
+
+vd_status vd_json_load(const char *path, json_t **out) {
     bool standard = strcmp(path, "-") == 0;
     FILE *file = standard ? stdin : fopen(path, "rb");
     if (file == NULL) {
         return vd_failure(VD_ERROR_IO, "cannot read %.200s: %s; check the path", path,
                           strerror(errno));
     }
-    char *text = malloc(limit + 1);
-    size_t length = text != NULL ? fread(text, 1, limit + 1, file) : 0;
-    bool broken = ferror(file) != 0;
-    int error = errno;
+    char *text = NULL;
+    size_t size_bytes = 0;
+    vd_status status = read_all(file, path, &text, &size_bytes);
     if (!standard) {
         fclose(file);
     }
-    if (text == NULL) {
-        return out_of_memory(path);
+    if (status.code == VD_OK) {
+        status = parse(text, size_bytes, path, out);
     }
-    if (broken || length > limit) {
-        free(text);
-        return broken ? vd_failure(VD_ERROR_IO, "cannot read %.200s: %s; check the file", path,
-                                   strerror(error))
-                      : vd_failure(VD_ERROR_LIMIT,
-                                   "cannot read %.200s: it is larger than %zu "
-                                   "bytes, which no options file is; check the path",
-                                   path, limit);
+    free(text);
+    return status;
+}
+
+void vd_folder_of(const char *path, char out[4096]) {
+    const char *slash = strrchr(path, '/');
+    out[0] = '\0';
+    if (slash != NULL && (size_t)(slash - path) + 1 < 4096) {
+        size_t length = slash == path ? 1 : (size_t)(slash - path);
+        memcpy(out, path, length);
+        out[length] = '\0';
     }
-    *out = text;
-    *size_bytes = length;
-    return vd_success();
 }
 
 vd_status vd_options_load_json(vd_options *options, const char *path) {
-    char *text = NULL;
-    size_t size_bytes = 0;
-    vd_status status = read_text(path, (size_t)1 << 20, &text, &size_bytes);
-    if (status.code != VD_OK) {
-        return status;
+    json_t *root = NULL;
+    vd_status status = vd_json_load(path, &root);
+    if (status.code == VD_OK) {
+        char folder[4096];
+        vd_folder_of(path, folder);
+        status = vd_options_read_root(options, root, path, folder);
     }
-    char folder[4096] = "";
-    const char *slash = strrchr(path, '/');
-    if (slash != NULL && (size_t)(slash - path) + 1 < sizeof folder) {
-        size_t length = slash == path ? 1 : (size_t)(slash - path);
-        memcpy(folder, path, length);
-        folder[length] = '\0';
-    }
-    status = vd_options_read_json(options, text, size_bytes, path, folder);
-    free(text);
+    json_decref(root);
     return status;
 }
 
 /* Paths in a saved file are read relative to it. One that was given relative to the working folder
  * stays as it is when the file lies there, and becomes absolute otherwise. */
-static json_t *path_for_file(const char *path, const char *file) {
+json_t *vd_path_json(const char *path, const char *file) {
     char folder[4096];
     if (strchr(file, '/') == NULL || path[0] == '/' || strcmp(path, "-") == 0 ||
         getcwd(folder, sizeof folder) == NULL) {
         return json_string(path);
     }
-    char *joined = join_path(folder, path);
+    char *joined = vd_join_path(folder, path);
     json_t *made = joined != NULL ? json_string(joined) : NULL;
     free(joined);
     return made;
 }
 
-static json_t *value_for_file(const vd_option *option, const vd_option_value *value,
-                              const char *file) {
+json_t *vd_option_json(const vd_options *options, int index, const char *file) {
+    const vd_option *option = &options->table[index];
+    const vd_option_value *value = &options->values[index];
     switch (option->type) {
     case VD_OPTION_SWITCH:
     case VD_OPTION_FLAG:
@@ -328,43 +382,35 @@ static json_t *value_for_file(const vd_option *option, const vd_option_value *va
         }
         return json_real(value->number);
     default:
-        return is_path(option, value->text) ? path_for_file(value->text, file)
+        return is_path(option, value->text) ? vd_path_json(value->text, file)
                                             : json_string(value->text);
     }
 }
 
-/* The digits with which every real among the values reads back the same. */
-static size_t digits_needed(const vd_options *options) {
-    size_t digits = 15;
-    for (int i = 0; i < options->count; i++) {
-        char text[40];
-        double number = options->values[i].number;
-        while (digits < 17 && (snprintf(text, sizeof text, "%.*g", (int)digits, number),
-                               strtod(text, NULL) != number)) {
-            digits++;
-        }
+/* The digits with which every real in a value reads back the same, at least `digits`. */
+static size_t digits_needed(const json_t *value, size_t digits) {
+    char text[40];
+    size_t index;
+    const char *key;
+    json_t *item;
+    const double number = json_real_value(value);
+    while (digits < 17 && (snprintf(text, sizeof text, "%.*g", (int)digits, number),
+                           strtod(text, NULL) != number)) {
+        digits++;
+    }
+    json_array_foreach(value, index, item) {
+        digits = digits < 17 ? digits_needed(item, digits) : digits;
+    }
+    json_object_foreach((json_t *)value, key, item) {
+        digits = digits < 17 ? digits_needed(item, digits) : digits;
     }
     return digits;
 }
 
-vd_status vd_options_save_json(const vd_options *options, const char *path) {
-    json_t *root = json_object();
-    json_t *inputs = json_array();
-    bool failed = json_object_set_new(root, "veduta", json_string(vd_version())) != 0;
-    for (int i = 0; i < options->input_count; i++) {
-        failed |= json_array_append_new(inputs, path_for_file(options->inputs[i], path)) != 0;
-    }
-    failed |= json_object_set_new(root, "inputs", inputs) != 0;
-    for (int i = 0; i < options->count; i++) {
-        const vd_option *option = &options->table[i];
-        if (vd_options_given(options, i) && !option->transient) {
-            json_t *value = value_for_file(option, &options->values[i], path);
-            failed |= json_object_set_new(root, option->key, value) != 0;
-        }
-    }
-    size_t precision = digits_needed(options);
-    char *text = failed ? NULL : json_dumps(root, JSON_INDENT(2) | JSON_REAL_PRECISION(precision));
-    json_decref(root);
+vd_status vd_json_save(const json_t *root, const char *path) {
+    const size_t precision = digits_needed(root, 15);
+    char *text =
+        root != NULL ? json_dumps(root, JSON_INDENT(2) | JSON_REAL_PRECISION(precision)) : NULL;
     if (text == NULL) {
         return vd_failure(VD_ERROR_MEMORY,
                           "cannot write %.200s: out of memory, or a text that is "
@@ -373,6 +419,26 @@ vd_status vd_options_save_json(const vd_options *options, const char *path) {
     }
     vd_status status = vd_write_text(path, text);
     free(text);
+    return status;
+}
+
+vd_status vd_options_save_json(const vd_options *options, const char *path) {
+    json_t *root = json_object();
+    json_t *inputs = json_array();
+    bool failed = json_object_set_new(root, "veduta", json_string(vd_version())) != 0;
+    for (int i = 0; i < options->input_count; i++) {
+        failed |= json_array_append_new(inputs, vd_path_json(options->inputs[i], path)) != 0;
+    }
+    failed |= json_object_set_new(root, "inputs", inputs) != 0;
+    for (int i = 0; i < options->count; i++) {
+        const vd_option *option = &options->table[i];
+        if (vd_options_given(options, i) && !option->transient) {
+            json_t *value = vd_option_json(options, i, path);
+            failed |= json_object_set_new(root, option->key, value) != 0;
+        }
+    }
+    vd_status status = vd_json_save(failed ? NULL : root, path);
+    json_decref(root);
     return status;
 }
 
