@@ -78,6 +78,10 @@ VD_API double vd_world_ground(const vd_world *world, double x, double y);
 
 VD_API const vd_world_def *vd_world_look(const vd_world *world);
 
+/* Changes how terrain, light and sky look; what the terrain is and its exaggeration stay as they
+ * are. Renderers that are there keep what they were created with. */
+VD_API void vd_world_set_look(vd_world *world, const vd_terrain_def *terrain);
+
 /* ---- drawing it ----------------------------------------------------------------------------- */
 
 typedef struct vd_world_renderer vd_world_renderer;

@@ -230,6 +230,19 @@ const vd_world_def *vd_world_look(const vd_world *world) {
     return &world->def;
 }
 
+void vd_world_set_look(vd_world *world, const vd_terrain_def *terrain) {
+    vd_terrain_def *own = &world->def.terrain;
+    const vd_terrain_def old = *own;
+    *own = *terrain;
+    own->heightfield = old.heightfield;
+    own->function = old.function;
+    own->cell_m = old.cell_m;
+    own->exaggeration = old.exaggeration;
+    if (world->no_terrain != NULL) {
+        own->shadows = own->mip = false;
+    }
+}
+
 size_t vd_world_object_count(const vd_world *world) {
     return world->entry_list.count;
 }
