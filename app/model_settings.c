@@ -62,7 +62,14 @@ static vd_status refuse_with_model(const vd_options *options, const char *model)
                  {OPTION_RAW, NULL},
                  {OPTION_BAND, NULL},
                  {OPTION_BANDS, NULL},
-                 {OPTION_EXTENT, NULL}};
+                 {OPTION_EXTENT, NULL},
+                 {OPTION_LINES, NULL},
+                 {OPTION_LABELS, NULL},
+                 {OPTION_LABEL_PEAKS, NULL},
+                 {OPTION_TITLE, NULL},
+                 {OPTION_NORTH_ARROW, NULL},
+                 {OPTION_SCALE_BAR, NULL},
+                 {OPTION_LEGEND, NULL}};
     for (size_t i = 0; i < sizeof never / sizeof never[0]; i++) {
         if (vd_options_given(options, never[i].option)) {
             const char *instead = never[i].instead;

@@ -63,6 +63,7 @@ typedef struct vd_options {
     char **inputs;           /* what is not an option: files */
     int input_count;
     vd_option_source input_source;
+    bool world;     /* a world file was read: there may be something to draw without inputs */
     char note[320]; /* what reading a file found remarkable, one sentence; else empty */
 } vd_options;
 

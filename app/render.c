@@ -4,13 +4,14 @@
 
 #include "commands.h"
 #include "render_run.h"
+#include "world_file.h"
 
 static void print_help(void) {
     fputs(
         "usage: veduta render [OPTIONS] HEIGHTS… [-o view.png]\n"
         "       veduta render [OPTIONS] MODEL [-o view.png]\n"
         "       veduta render --classic KEY=VALUE,… --height H.png --color C.png [-o view.png]\n"
-        "       veduta render OPTIONS.json\n\n"
+        "       veduta render WORLD.json|OPTIONS.json\n\n"
         "Draws a view of elevation data: PNG, PGM, .hgt, ESRI ASCII and raw files, and with GDAL\n"
         "everything that it reads; - is standard input, for what needs neither name nor GDAL.\n"
         "Several files become one terrain. Or of a model: OBJ, PLY and OFF, and with assimp STL,\n"
@@ -38,9 +39,9 @@ static bool is_options_file(const char *path) {
     return length > 5 && strcmp(path + length - 5, ".json") == 0;
 }
 
-/* Reads the options files among the arguments: the one named by --options and every input that
- * ends in .json, which then is an input no longer. */
-static vd_status read_option_files(vd_options *options) {
+/* Reads the options and world files among the arguments: the one named by --options and every input
+ * that ends in .json, which then is an input no longer. */
+static vd_status read_option_files(vd_options *options, vd_world_content *content) {
     char **named = options->inputs;
     int count = options->input_count;
     vd_status status = vd_success();
@@ -48,11 +49,11 @@ static vd_status read_option_files(vd_options *options) {
     options->input_count = 0;
     options->input_source = VD_SOURCE_DEFAULT;
     if (options->values[OPTION_OPTIONS].text != NULL) {
-        status = vd_options_load_json(options, options->values[OPTION_OPTIONS].text);
+        status = vd_world_file_load(options, options->values[OPTION_OPTIONS].text, content);
     }
     for (int i = 0; i < count && status.code == VD_OK; i++) {
         if (is_options_file(named[i])) {
-            status = vd_options_load_json(options, named[i]);
+            status = vd_world_file_load(options, named[i], content);
         }
     }
     /* Inputs of the command line replace those of the files. */
@@ -67,13 +68,14 @@ static vd_status read_option_files(vd_options *options) {
 }
 
 vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
-                                 vd_render_settings *settings, bool *help) {
+                                 vd_render_settings *settings, vd_world_content *content,
+                                 bool *help) {
     vd_status status = vd_options_parse(options, argc, argv);
     *help = status.code == VD_OK && options->values[OPTION_HELP].number != 0.0;
     if (status.code != VD_OK || *help) {
         return status;
     }
-    status = read_option_files(options);
+    status = read_option_files(options, content);
     if (status.code == VD_OK) {
         status = vd_render_prefer_flags(options);
     }
@@ -83,11 +85,12 @@ vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
     if (status.code == VD_OK) {
         status = vd_render_settings_read(options, settings);
     }
-    return status;
+    return vd_world_file_blame(options, content, &status);
 }
 
 /* What would be refused after a long run is refused before it. */
-static vd_status check_outputs(const vd_render_settings *s, const char *save) {
+static vd_status check_outputs(const vd_render_settings *s, const char *save,
+                               const char *save_world) {
     const char *read[67] = {s->color, s->model.texture};
     int count = 2;
     for (int i = 0; i < s->input_count && count < 67; i++) {
@@ -106,8 +109,11 @@ static vd_status check_outputs(const vd_render_settings *s, const char *save) {
     if (status.code == VD_OK && save != NULL && strcmp(save, "-") != 0) {
         status = vd_check_output("save", save, read, count);
     }
-    const char *written[] = {s->output, s->depth, s->ids, save};
-    for (int i = 0; i < 4 && status.code == VD_OK; i++) {
+    if (status.code == VD_OK && save_world != NULL && strcmp(save_world, "-") != 0) {
+        status = vd_check_output("save-world", save_world, read, count);
+    }
+    const char *written[] = {s->output, s->depth, s->ids, save, save_world};
+    for (int i = 0; i < 5 && status.code == VD_OK; i++) {
         for (int j = 0; j < i; j++) {
             if (written[i] != NULL && written[j] != NULL && vd_same_place(written[i], written[j])) {
                 return vd_failure(VD_ERROR_ARGUMENT,
@@ -165,11 +171,11 @@ static vd_status save(vd_render_run *run, const char *command) {
 static bool report_json(const vd_render_run *run, double seconds) {
     const vd_render_settings *s = run->settings;
     vd_memory_stats memory = vd_context_memory(run->context);
-    json_t *root =
-        json_pack("{s: s, s: i, s: i, s: f, s: f, s: O?, s: O*, s: O*, s: O}", "veduta",
-                  vd_version(), "width", s->width, "height", s->height, "seconds", seconds,
-                  "draw_seconds", run->draw_seconds, "camera", run->camera_all, "terrain",
-                  run->terrain, "model", run->model, "warnings", run->notes.list);
+    json_t *root = json_pack("{s: s, s: i, s: i, s: f, s: f, s: O?, s: O*, s: O*, s: O*, s: O}",
+                             "veduta", vd_version(), "width", s->width, "height", s->height,
+                             "seconds", seconds, "draw_seconds", run->draw_seconds, "camera",
+                             run->camera_all, "terrain", run->terrain, "model", run->model,
+                             "objects", run->objects, "warnings", run->notes.list);
     bool failed = root == NULL;
     if (s->dry_run) {
         json_int_t bytes = (json_int_t)run->estimated_bytes;
@@ -223,7 +229,7 @@ static vd_status draw_and_save(vd_render_run *run, const char *command) {
     const vd_render_settings *s = run->settings;
     vd_status status = s->classic    ? vd_render_classic(run)
                        : s->is_model ? vd_render_model(run)
-                                     : vd_render_terrain(run);
+                                     : vd_render_world(run);
     if (status.code == VD_OK && vd_job_stopped(run->job)) {
         status = vd_failure(VD_ERROR_CANCELLED, "cancelled");
     }
@@ -239,15 +245,18 @@ static vd_status draw_and_save(vd_render_run *run, const char *command) {
     return status;
 }
 
-static int run_render(const vd_render_settings *settings, const char *command, const char *note,
-                      double start) {
-    vd_render_run run = {.settings = settings, .start = start};
+static int run_render(const vd_render_settings *settings, const vd_world_content *content,
+                      const char *command, const char *note, double start) {
+    vd_render_run run = {.settings = settings, .content = content, .start = start};
     vd_status status = vd_notes_init(&run.notes, settings->quiet);
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
     if (note[0] != '\0') {
         vd_notes_log(&run.notes, VD_LOG_WARNING, note);
+    }
+    for (size_t i = 0; i < content->warning_count; i++) {
+        vd_notes_log(&run.notes, VD_LOG_WARNING, content->warnings[i]);
     }
     status = vd_work_begin(&run.notes, settings->threads, &run.context, &run.job);
     int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
@@ -262,6 +271,7 @@ static int run_render(const vd_render_settings *settings, const char *command, c
     json_decref(run.camera_all);
     json_decref(run.terrain);
     json_decref(run.model);
+    json_decref(run.objects);
     vd_frame_destroy(&run.frame);
     vd_work_end(&run.notes, &run.context, &run.job);
     return code;
@@ -274,19 +284,24 @@ int vd_command_render(int argc, char **argv) {
     double start = vd_seconds_now();
     vd_options options;
     vd_render_settings settings;
+    vd_world_content content = {.name = NULL};
     bool help = false;
     vd_status status = vd_options_init(&options, "render", vd_render_table, OPTION_COUNT);
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
-    status = vd_render_read_options(argc, argv, &options, &settings, &help);
+    status = vd_render_read_options(argc, argv, &options, &settings, &content, &help);
     const char *saved = options.values[OPTION_SAVE].text;
+    const char *saved_world = options.values[OPTION_SAVE_WORLD].text;
     if (status.code == VD_OK && !help) {
-        status = check_outputs(&settings, saved);
+        status = check_outputs(&settings, saved, saved_world);
     }
     vd_catch_signals();
     if (status.code == VD_OK && !help && saved != NULL) {
         status = vd_options_save_json(&options, saved);
+    }
+    if (status.code == VD_OK && !help && saved_world != NULL) {
+        status = vd_world_file_save(&options, &content, saved_world);
     }
     int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     char *command = vd_quote_command("veduta", argc, argv);
@@ -296,10 +311,11 @@ int vd_command_render(int argc, char **argv) {
     } else if (status.code != VD_OK) {
         vd_report(&status, code);
     } else {
-        code =
-            run_render(&settings, command != NULL ? command : "veduta render", options.note, start);
+        code = run_render(&settings, &content, command != NULL ? command : "veduta render",
+                          options.note, start);
     }
     free(command);
+    vd_world_content_finish(&content);
     vd_options_finish(&options);
     return code;
 }

@@ -4,9 +4,11 @@
 
 #include "render_settings.h"
 #include "run.h"
+#include "world_content.h"
 
 typedef struct vd_render_run {
     const vd_render_settings *settings;
+    const vd_world_content *content; /* of a world file; null: none */
     vd_notes notes;
     vd_context *context;
     vd_job *job;
@@ -22,23 +24,27 @@ typedef struct vd_render_run {
     json_t *camera_all; /* the camera in every spelling, for --json */
     json_t *terrain;    /* what was drawn, for --json; null for a model */
     json_t *model;      /* likewise; null for terrain */
+    json_t *objects;    /* likewise; null where nothing stands on the terrain */
     vd_frame_stats stats;
     double draw_seconds;    /* drawing alone; after a dry run the estimate */
     double ready_seconds;   /* dry run: from the start until drawing would begin */
     size_t estimated_bytes; /* dry run: the most memory that the process holds */
 } vd_render_run;
 
-/* Loads and draws, or estimates where settings->dry_run: a terrain, a model, the classic picture.
+/* Loads and draws, or estimates where settings->dry_run: a world, a model, the classic picture.
  */
-VD_MUST_USE vd_status vd_render_terrain(vd_render_run *run);
+VD_MUST_USE vd_status vd_render_world(vd_render_run *run);
 VD_MUST_USE vd_status vd_render_model(vd_render_run *run);
 VD_MUST_USE vd_status vd_render_classic(vd_render_run *run);
 
 /* Parses options over vd_render_table (or a table that begins with it), reads the options files
  * among them, settles presets and reads the settings; everything that is bad use is found here.
- * `help`: --help was given, and the settings were not read. */
+ * What a world file has beside options goes to `content`, which the caller finishes in any case;
+ * null: it is left out, and options->note says so. `help`: --help was given, and the settings were
+ * not read. */
 VD_MUST_USE vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
-                                             vd_render_settings *settings, bool *help);
+                                             vd_render_settings *settings,
+                                             vd_world_content *content, bool *help);
 
 /* Creates the frame that the settings ask for. */
 VD_MUST_USE vd_status vd_render_make_frame(vd_render_run *run);

@@ -329,6 +329,43 @@ static vd_status read_data(const vd_options *options, vd_render_settings *out) {
     return vd_success();
 }
 
+/* ---- world ------------------------------------------------------------------------------------
+ */
+
+static vd_status read_world(const vd_options *options, vd_render_settings *out) {
+    out->lines = text_of(options, OPTION_LINES);
+    out->labels = text_of(options, OPTION_LABELS);
+    out->label_peaks = (int)number_of(options, OPTION_LABEL_PEAKS);
+    out->title = text_of(options, OPTION_TITLE);
+    out->north_arrow = is_on(options, OPTION_NORTH_ARROW);
+    out->scale_bar = is_on(options, OPTION_SCALE_BAR);
+    out->legend = is_on(options, OPTION_LEGEND);
+    if (out->title != NULL && (out->title[0] == '\0' || strlen(out->title) > 1024)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--title: a title of %zu bytes is none; give 1 to 1024",
+                          strlen(out->title));
+    }
+    if (out->legend && out->color != NULL) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--legend explains the colours of heights, which "
+                                             "--color replaces; leave out one of them");
+    }
+    if (text_of(options, OPTION_CAMERA) != NULL && !out->world) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--camera names a camera of a world file, and there "
+                                             "is none; name one, such as world.json");
+    }
+    if (text_of(options, OPTION_SAVE) != NULL && out->world) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--save writes options alone, and this is a world; "
+                                             "give --save-world");
+    }
+    if (text_of(options, OPTION_SAVE_WORLD) != NULL && (out->classic || out->is_model)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--save-world writes terrain and what stands on it, and this is %s; "
+                          "give --save",
+                          out->classic ? "the classic picture" : "a model alone");
+    }
+    return vd_success();
+}
+
 /* ---- classic ----------------------------------------------------------------------------------
  */
 
@@ -394,7 +431,9 @@ static vd_status refuse_in_classic(const vd_options *options) {
         OPTION_ROLL,         OPTION_FOV,           OPTION_PROJECTION,      OPTION_NEAR,
         OPTION_MISSING,      OPTION_NODATA,        OPTION_CELL_SIZE,       OPTION_RAW,
         OPTION_HEIGHT_SCALE, OPTION_HEIGHT_OFFSET, OPTION_HEIGHT_ENCODING, OPTION_BAND,
-        OPTION_BANDS,        OPTION_FUNCTION,      OPTION_EXTENT,
+        OPTION_BANDS,        OPTION_FUNCTION,      OPTION_EXTENT,          OPTION_LINES,
+        OPTION_LABELS,       OPTION_LABEL_PEAKS,   OPTION_TITLE,           OPTION_NORTH_ARROW,
+        OPTION_SCALE_BAR,    OPTION_LEGEND,
     };
     static const struct {
         int option;
@@ -490,7 +529,12 @@ static vd_status read_inputs(const vd_options *options, vd_render_settings *out)
                           "--function makes heights and colours itself; leave out %.120s",
                           out->input_count > 0 ? out->inputs[0] : "--color");
     }
-    if (out->input_count == 0 && out->function == NULL) {
+    out->world = options->world;
+    if (out->world && out->classic) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--classic draws a map of its own; leave out the "
+                                             "world file");
+    }
+    if (out->input_count == 0 && out->function == NULL && !out->world) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "there is nothing to render; name an elevation file, "
                           "as in `veduta render %s`",
@@ -501,9 +545,15 @@ static vd_status read_inputs(const vd_options *options, vd_render_settings *out)
     if (out->classic && out->input_count > 1) {
         return vd_failure(VD_ERROR_ARGUMENT, "--classic draws one map; name one height picture");
     }
-    out->is_model = !out->classic && out->function == NULL;
+    out->is_model = !out->classic && out->function == NULL && out->input_count > 0;
     for (int i = 0; i < out->input_count; i++) {
         out->is_model = out->is_model && vd_is_model_name(out->inputs[i], NULL);
+        if (out->world && vd_is_model_name(out->inputs[i], NULL)) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "%.160s is a model, not heights; a world has it among its "
+                              "\"objects\"",
+                              out->inputs[i]);
+        }
         if (out->input_count > 1 && vd_is_model_name(out->inputs[i], NULL)) {
             return vd_failure(VD_ERROR_ARGUMENT,
                               "%.160s is a model, which is drawn alone; name it without the other "
@@ -547,6 +597,9 @@ vd_status vd_render_settings_read(const vd_options *options, vd_render_settings 
     }
     if (status.code == VD_OK) {
         status = read_data(options, &made);
+    }
+    if (status.code == VD_OK) {
+        status = read_world(options, &made);
     }
     if (status.code == VD_OK && made.classic) {
         status = read_classic(options, &made);

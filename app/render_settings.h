@@ -59,6 +59,15 @@ enum {
     OPTION_FUNCTION,
     OPTION_EXTENT,
 
+    OPTION_CAMERA,
+    OPTION_LINES,
+    OPTION_LABELS,
+    OPTION_LABEL_PEAKS,
+    OPTION_TITLE,
+    OPTION_NORTH_ARROW,
+    OPTION_SCALE_BAR,
+    OPTION_LEGEND,
+
     OPTION_CLASSIC,
     OPTION_HEIGHT,
 
@@ -77,6 +86,7 @@ enum {
 
     OPTION_OPTIONS,
     OPTION_SAVE,
+    OPTION_SAVE_WORLD,
     OPTION_DRY_RUN,
     OPTION_ALLOW_EMPTY,
     OPTION_JSON,
@@ -168,8 +178,13 @@ typedef struct vd_render_settings {
     bool fill_missing;
     vd_dem_def dem;
     bool has_cell_size;
-    int band, bands[3]; /* 0: automatic */
-    bool is_model;      /* the input is a model */
+    int band, bands[3];         /* 0: automatic */
+    bool world;                 /* a world file was read */
+    const char *lines, *labels; /* files; null: none */
+    int label_peaks;
+    const char *title; /* null: none */
+    bool north_arrow, scale_bar, legend;
+    bool is_model; /* the input is a model */
     vd_model_settings model;
     bool classic;
     vd_classic_def classic_def;

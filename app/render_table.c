@@ -18,6 +18,7 @@ static bool is_none(const char *text) {
     "Camera: orbit (azimuth, elevation, distance), look-at (eye, target) or geographic (eye, "     \
     "heading, pitch)"
 #define DATA "Data: what a file does not say itself"
+#define WORLD "World: what stands on the terrain; a world file has more of it (docs/world.md)"
 #define CLASSIC "Classic: the Voxel Space picture of 1992, all in map samples"
 #define MODEL                                                                                      \
     "Model: OBJ, PLY, OFF, STL, glTF and others; Picture, Camera, --sun, --sky and --background "  \
@@ -368,6 +369,52 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                       .unit = "1 is the first",
                       .help = "bands of --color that are red, green and blue (with GDAL)"},
 
+    [OPTION_CAMERA] = {.key = "camera",
+                       .group = WORLD,
+                       .type = VD_OPTION_TEXT,
+                       .transient = true,
+                       .argument = "NAME",
+                       .help = "which of the world file's cameras to look through"},
+    [OPTION_LINES] = {.key = "lines",
+                      .group = WORLD,
+                      .type = VD_OPTION_FILE,
+                      .argument = "FILE",
+                      .help = "tracks and borders laid on the ground: GPX, GeoJSON, KML and what "
+                              "else GDAL reads"},
+    [OPTION_LABELS] = {.key = "labels",
+                       .group = WORLD,
+                       .type = VD_OPTION_FILE,
+                       .argument = "FILE",
+                       .help = "names of places: GeoJSON, GPX, KML and what else GDAL reads"},
+    [OPTION_LABEL_PEAKS] = {.key = "label-peaks",
+                            .group = WORLD,
+                            .type = VD_OPTION_INTEGER,
+                            .argument = "N",
+                            .max = 10000,
+                            .unit = "peaks",
+                            .fallback = "0",
+                            .help = "write the heights of the peaks that stand out most"},
+    [OPTION_TITLE] = {.key = "title",
+                      .group = WORLD,
+                      .type = VD_OPTION_TEXT,
+                      .argument = "TEXT",
+                      .help = "stands over the picture"},
+    [OPTION_NORTH_ARROW] = {.key = "north-arrow",
+                            .group = WORLD,
+                            .type = VD_OPTION_FLAG,
+                            .fallback = "off",
+                            .help = "an arrow that points north"},
+    [OPTION_SCALE_BAR] = {.key = "scale-bar",
+                          .group = WORLD,
+                          .type = VD_OPTION_FLAG,
+                          .fallback = "off",
+                          .help = "a bar of a round length, as it is in the picture's middle"},
+    [OPTION_LEGEND] = {.key = "legend",
+                       .group = WORLD,
+                       .type = VD_OPTION_FLAG,
+                       .fallback = "off",
+                       .help = "the colours of the heights (not with --color)"},
+
     [OPTION_CLASSIC] =
         {.key = "classic",
          .group = CLASSIC,
@@ -474,14 +521,20 @@ const vd_option vd_render_table[OPTION_COUNT] = {
          .type = VD_OPTION_FILE,
          .transient = true,
          .argument = "FILE.json",
-         .help = "read options and inputs from a file; flags win over it; plainly naming the file "
-                 "does the same"},
+         .help = "read options and inputs from a file, or a world; flags win over it; plainly "
+                 "naming the file does the same"},
     [OPTION_SAVE] = {.key = "save",
                      .group = RUN,
                      .type = VD_OPTION_FILE,
                      .transient = true,
                      .argument = "FILE.json",
                      .help = "write the options given as such a file"},
+    [OPTION_SAVE_WORLD] = {.key = "save-world",
+                           .group = RUN,
+                           .type = VD_OPTION_FILE,
+                           .transient = true,
+                           .argument = "FILE.json",
+                           .help = "write what is drawn as a world file"},
     [OPTION_DRY_RUN] = {.key = "dry-run",
                         .group = RUN,
                         .type = VD_OPTION_SWITCH,

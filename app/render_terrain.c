@@ -1,4 +1,4 @@
-/* render_terrain.c: a view of elevation data. */
+/* render_terrain.c: the steps of a view of elevation data. */
 #include <math.h>
 #include <string.h>
 #include <unistd.h>
@@ -63,75 +63,11 @@ vd_terrain_def vd_render_terrain_def(const vd_render_settings *s, const vd_scene
     def.exaggeration = s->exaggeration;
     def.shading = s->shading;
     def.shadows = s->shadows && s->shading;
-    def.curvature = s->curvature < 0 ? vd_scene_is_curved(scene) : s->curvature != 0;
+    def.curvature =
+        s->curvature < 0 ? scene->terrain != NULL && vd_scene_is_curved(scene) : s->curvature != 0;
     def.sky = s->sky;
     def.background = s->background;
     return def;
-}
-
-static vd_status describe(vd_render_run *run, const vd_scene *scene, const vd_view *view) {
-    const vd_render_settings *s = run->settings;
-    const vd_heightfield *t = scene->terrain;
-    vd_view_flags(view, run->flags, sizeof run->flags);
-    run->camera = vd_view_json(view);
-    run->camera_all = s->json ? vd_view_describe(scene, view, s->exaggeration) : NULL;
-    const bool endless = scene->function != NULL; /* has no size */
-    run->terrain =
-        json_pack("{s: i, s: i, s: f, s: f, s: I, s: s, s: b}", "width", endless ? 0 : t->width,
-                  "height", endless ? 0 : t->height, "min_m", (double)t->min, "max_m",
-                  (double)t->max, "missing", (json_int_t)scene->missing, "format", scene->format,
-                  "georeferenced", (int)(scene->kind != VD_CRS_NONE));
-    if (run->camera == NULL || run->terrain == NULL || (s->json && run->camera_all == NULL)) {
-        return vd_failure(VD_ERROR_MEMORY, "out of memory while describing the camera");
-    }
-    run->near_m = view->camera.near_m;
-    run->far_m = view->camera.projection == VD_PROJECTION_ORTHOGRAPHIC ? view->camera.far_m : 0.0;
-    return vd_success();
-}
-
-static vd_status estimate(vd_render_run *run, const vd_terrain_def *def, const vd_camera *camera) {
-    size_t bytes = 0;
-    vd_process_memory loaded = vd_process_memory_now();
-    run->ready_seconds = vd_seconds_now() - run->start;
-    vd_status status =
-        vd_terrain_estimate(run->context, run->job, def, camera, run->settings->width,
-                            run->settings->height, &run->draw_seconds, &bytes);
-    vd_render_estimate_memory(run, &loaded, bytes);
-    return status;
-}
-
-static vd_status draw(vd_render_run *run, const vd_terrain_def *def, const vd_camera *camera) {
-    const vd_render_settings *s = run->settings;
-    vd_status status = vd_render_make_frame(run);
-    if (status.code != VD_OK) {
-        return status;
-    }
-    vd_progress progress;
-    double start = vd_seconds_now();
-    vd_progress_start(&progress, run->job, s->quiet);
-    status = vd_terrain_render(run->context, run->job, def, camera, run->frame, &run->stats);
-    vd_progress_stop(&progress);
-    run->draw_seconds = vd_seconds_now() - start;
-    if (status.code != VD_OK || run->stats.hits > 0) {
-        return status;
-    }
-    status = vd_terrain_explain_empty(def, camera, s->width, s->height);
-    if (!s->allow_empty) {
-        /* Where samples are missing the surface is open, and seen from its side there is none. */
-        const vd_heightfield *h = def->heightfield;
-        char missing[80] = "", share[16];
-        uint64_t all = h != NULL ? (uint64_t)h->width * (uint64_t)h->height : 0;
-        if (h != NULL && h->holes > 0 && 100 * h->holes > all) {
-            vd_write_share(h->holes, all, share);
-            snprintf(missing, sizeof missing,
-                     "%s of the samples are missing, which --missing fill closes; ", share);
-        }
-        return vd_failure(VD_ERROR_EMPTY,
-                          "%.400s (%s--allow-empty writes the picture all the same)",
-                          status.message, missing);
-    }
-    vd_log(run->context, VD_LOG_WARNING, "%.400s", status.message);
-    return vd_success();
 }
 
 /* ---- where the camera stands ------------------------------------------------------------------
@@ -297,6 +233,10 @@ static vd_camera_settings endless_camera(const vd_render_settings *s, const vd_s
 vd_status vd_render_terrain_view(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def,
                                  vd_view *out) {
     const vd_render_settings *s = run->settings;
+    if (scene->terrain ==
+        NULL) { /* neither ground nor distances that haze would mean something for */
+        return vd_view_make(scene, &s->camera, 1.0, false, s->width, s->height, out);
+    }
     const vd_camera_settings endless =
         scene->function != NULL ? endless_camera(s, scene) : s->camera;
     const vd_camera_settings *camera = &endless;
@@ -323,26 +263,14 @@ vd_status vd_render_terrain_view(vd_render_run *run, const vd_scene *scene, vd_t
     return status;
 }
 
-static vd_status draw_scene(vd_render_run *run, const vd_scene *scene, vd_terrain_def *def) {
-    vd_view view;
-    vd_status status = vd_render_terrain_view(run, scene, def, &view);
-    if (status.code == VD_OK) {
-        status = describe(run, scene, &view);
-    }
-    if (status.code != VD_OK) {
-        return status;
-    }
-    return run->settings->dry_run ? estimate(run, def, &view.camera) : draw(run, def, &view.camera);
-}
-
 /* Where the data reach from land to the sea floor, colours that stretch over all of it show neither
  * coast nor depth. No dry land lies below -500 m (the Dead Sea's shore is at -430 m). */
 static void suggest_colormap(const vd_render_settings *s, const vd_scene *scene,
                              vd_colormap *colormap) {
     const vd_heightfield *t = scene->terrain;
     vd_colormap topo;
-    if (!s->colormap_given && scene->kind != VD_CRS_NONE && t->min < -500.0f && t->max > 0.0f &&
-        vd_colormap_find("topo", &topo)) {
+    if (!s->colormap_given && t != NULL && scene->kind != VD_CRS_NONE && t->min < -500.0f &&
+        t->max > 0.0f && vd_colormap_find("topo", &topo)) {
         *colormap = topo;
     }
 }
@@ -386,7 +314,10 @@ vd_status vd_render_load_terrain(vd_render_run *run, vd_scene *scene, vd_colorma
         run->bad_use = status.code == VD_ERROR_ARGUMENT;
         return status;
     }
-    status = vd_render_terrain_load(run, scene);
+    scene->context = run->context;
+    if (s->input_count > 0 || s->function != NULL) {
+        status = vd_render_terrain_load(run, scene);
+    }
     if (status.code == VD_OK && vd_job_stopped(run->job)) {
         status = vd_failure(VD_ERROR_CANCELLED, "cancelled");
     }
@@ -394,17 +325,5 @@ vd_status vd_render_load_terrain(vd_render_run *run, vd_scene *scene, vd_colorma
         suggest_colormap(s, scene, colormap);
         *out = vd_render_terrain_def(s, scene, colormap);
     }
-    return status;
-}
-
-vd_status vd_render_terrain(vd_render_run *run) {
-    vd_scene scene = {0};
-    vd_colormap colormap;
-    vd_terrain_def def;
-    vd_status status = vd_render_load_terrain(run, &scene, &colormap, &def);
-    if (status.code == VD_OK) {
-        status = draw_scene(run, &scene, &def);
-    }
-    vd_scene_finish(&scene);
     return status;
 }

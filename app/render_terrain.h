@@ -6,9 +6,9 @@
 #include "scene.h"
 #include "view.h"
 
-/* Loads what the run's settings name and describes how it is drawn, haze aside: the first three of
- * the steps below. *scene must be zeroed, and is finished by the caller also after a failure; `out`
- * borrows it and the colormap. */
+/* Loads what the run's settings name (nothing: scene->terrain stays null) and describes how it is
+ * drawn, haze aside: the first three of the steps below. *scene must be zeroed, and is finished by
+ * the caller also after a failure; `out` borrows it and the colormap. */
 VD_MUST_USE vd_status vd_render_load_terrain(vd_render_run *run, vd_scene *scene,
                                              vd_colormap *colormap, vd_terrain_def *out);
 

@@ -21,17 +21,18 @@ typedef struct vd_scene_def {
 /* A terrain, with what is left to know of the DEM that it was made from. */
 typedef struct vd_scene {
     vd_context *context;
-    vd_heightfield *terrain;
-    vd_function *function; /* endless; `terrain` is then what of it lies around the origin */
-    double cell_m;         /* of the function's finest cells */
+    vd_heightfield *terrain; /* null in a world of objects alone */
+    vd_function *function;   /* endless; `terrain` is then what of it lies around the origin */
+    double cell_m;           /* of the function's finest cells */
     vd_crs_kind kind;
     char *crs; /* owned; null when there is none */
     double crs_unit_m;
     vd_placement placement;
     double crs_from_sample[6];
     char height_type[16], height_unit[16];
-    char format[256]; /* one line for people */
-    uint64_t missing; /* samples missing in the files, also when they were filled */
+    char format[256];  /* one line for people */
+    uint64_t missing;  /* samples missing in the files, also when they were filled */
+    vd_vec3 low, high; /* without a terrain: the box of what is looked at */
 } vd_scene;
 
 /* Loads elevation as a DEM: the core's own readers first, veduta-io for what they do not know and

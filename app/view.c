@@ -19,9 +19,24 @@ vd_camera_settings vd_camera_settings_default(void) {
                                 .near_m = strtod(vd_render_table[OPTION_NEAR].fallback, NULL)};
 }
 
+/* The box of the terrain, not exaggerated; of a world without one that of its objects. */
+static void scene_bounds(const vd_scene *scene, vd_vec3 *low, vd_vec3 *high) {
+    if (scene->terrain != NULL) {
+        vd_heightfield_bounds(scene->terrain, low, high);
+    } else {
+        *low = scene->low;
+        *high = scene->high;
+    }
+}
+
+/* The height of the ground, not exaggerated; −infinity where there is none. */
+static double scene_ground(const vd_scene *scene, double x, double y) {
+    return scene->terrain != NULL ? vd_heightfield_height_at(scene->terrain, x, y) : -INFINITY;
+}
+
 /* What the framing needs to know. */
 typedef struct framing {
-    const vd_heightfield *terrain;
+    const vd_scene *scene;
     double exaggeration;
     bool curvature;
     vd_vec3 eye; /* of the last pass; curvature is seen from here */
@@ -29,7 +44,7 @@ typedef struct framing {
 } framing;
 
 static void frame_point(framing *f, double column, double row, double height) {
-    const double *w = f->terrain->world_from_sample;
+    const double *w = f->scene->terrain->world_from_sample;
     vd_vec3 p = {w[0] + column * w[1] + row * w[2], w[3] + column * w[4] + row * w[5],
                  height * f->exaggeration};
     if (f->curvature) {
@@ -42,7 +57,7 @@ static void frame_point(framing *f, double column, double row, double height) {
 /* Passes over the terrain: the corners of every block of a coarse level with their own heights, and
  * the block's middle with its maximum. */
 static void frame_terrain(framing *f) {
-    const vd_heightfield *h = f->terrain;
+    const vd_heightfield *h = f->scene->terrain;
     int level = 0;
     while (level + 1 < h->level_count &&
            (h->levels[level].width > 64 || h->levels[level].height > 64)) {
@@ -50,7 +65,6 @@ static void frame_terrain(framing *f) {
     }
     const vd_heightfield_level *l = &h->levels[level];
     const float *maxima = vd_heightfield_level_data(h, level);
-    vd_framing_clear(&f->frame);
     for (int r = 0; r < l->height; r++) {
         for (int c = 0; c < l->width; c++) {
             float highest = maxima[(size_t)r * l->stride + (size_t)c];
@@ -76,18 +90,27 @@ static void frame_terrain(framing *f) {
     }
 }
 
+/* The corners of the box of all objects. */
+static void frame_objects(framing *f) {
+    const vd_vec3 low = f->scene->low, high = f->scene->high;
+    for (int i = 0; i < 8; i++) {
+        vd_framing_add(&f->frame, vd_vec3_make(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y,
+                                               i & 4 ? high.z : low.z));
+    }
+}
+
 static vd_vec3 scene_middle(const vd_scene *scene, double exaggeration) {
     vd_vec3 low, high;
-    vd_heightfield_bounds(scene->terrain, &low, &high);
+    scene_bounds(scene, &low, &high);
     vd_vec3 middle = vd_vec3_scale(vd_vec3_add(low, high), 0.5);
-    double ground = vd_heightfield_height_at(scene->terrain, middle.x, middle.y);
+    double ground = scene_ground(scene, middle.x, middle.y);
     middle.z = (isfinite(ground) ? ground : middle.z) * exaggeration;
     return middle;
 }
 
 static double scene_diagonal(const vd_scene *scene, double exaggeration) {
     vd_vec3 low, high;
-    vd_heightfield_bounds(scene->terrain, &low, &high);
+    scene_bounds(scene, &low, &high);
     vd_vec3 size = vd_vec3_subtract(high, low);
     size.z *= exaggeration;
     return vd_vec3_length(size);
@@ -96,7 +119,7 @@ static double scene_diagonal(const vd_scene *scene, double exaggeration) {
 static framing framing_start(const vd_scene *scene, double exaggeration, bool curvature,
                              vd_quat orientation, vd_lens lens, int width, int height) {
     /* The terrain fills 94 % of the width and stays below the upper tenth, which is the sky's. */
-    framing made = {.terrain = scene->terrain,
+    framing made = {.scene = scene,
                     .exaggeration = exaggeration,
                     .curvature = curvature,
                     .frame = vd_framing_start(orientation, lens, width, height, 0.94, 0.80, 0.94)};
@@ -116,7 +139,8 @@ static void frame_orbit(framing *f, const vd_scene *scene, vd_camera_settings *e
     f->frame.target = has_target ? *target : middle;
     f->eye = f->frame.target;
     for (int pass = 0; pass < 4; pass++) {
-        frame_terrain(f);
+        vd_framing_clear(&f->frame);
+        (scene->terrain != NULL ? frame_terrain : frame_objects)(f);
         if (has_target) {
             exact->distance_m = fmax(f->frame.reach, least);
             f->eye = vd_vec3_subtract(*target, vd_vec3_scale(z_axis, exact->distance_m));
@@ -143,7 +167,7 @@ static vd_status resolve(const vd_scene *scene, double exaggeration, const char 
         }
         double z = v[2] * exaggeration;
         if (position->kind == VD_POSITION_ABOVE_GROUND) {
-            double ground = vd_heightfield_height_at(scene->terrain, x, y);
+            double ground = scene_ground(scene, x, y);
             if (!isfinite(ground)) {
                 return vd_failure(VD_ERROR_ARGUMENT,
                                   "%s: %.10g,%.10g has no ground: it lies "
@@ -273,7 +297,7 @@ vd_status vd_view_make(const vd_scene *scene, const vd_camera_settings *settings
 
 vd_status vd_view_check_ground(const vd_scene *scene, const vd_view *view, double exaggeration) {
     vd_vec3 eye = view->camera.eye;
-    double ground = vd_heightfield_height_at(scene->terrain, eye.x, eye.y) * exaggeration;
+    double ground = scene_ground(scene, eye.x, eye.y) * exaggeration;
     if (view->camera.projection == VD_PROJECTION_ORTHOGRAPHIC || !(eye.z < ground)) {
         return vd_success();
     }
@@ -286,7 +310,7 @@ vd_status vd_view_check_ground(const vd_scene *scene, const vd_view *view, doubl
 
 double vd_view_clearance_m(const vd_scene *scene, const vd_view *view, double exaggeration) {
     vd_vec3 low, high, eye = view->camera.eye;
-    vd_heightfield_bounds(scene->terrain, &low, &high);
+    scene_bounds(scene, &low, &high);
     vd_vec3 outside = {
         fmax(fmax(low.x - eye.x, eye.x - high.x), 0.0),
         fmax(fmax(low.y - eye.y, eye.y - high.y), 0.0),
@@ -406,7 +430,7 @@ json_t *vd_view_describe(const vd_scene *scene, const vd_view *view, double exag
     if (root == NULL) {
         return NULL;
     }
-    double ground = vd_heightfield_height_at(scene->terrain, camera->eye.x, camera->eye.y);
+    double ground = scene_ground(scene, camera->eye.x, camera->eye.y);
     bool failed = false;
     if (isfinite(ground)) {
         double above = camera->eye.z - ground * exaggeration;

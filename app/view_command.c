@@ -137,7 +137,7 @@ int vd_command_view(int argc, char **argv) {
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
-    status = vd_render_read_options(argc, argv, &options, &settings, &help);
+    status = vd_render_read_options(argc, argv, &options, &settings, NULL, &help);
     int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     if (status.code == VD_OK && !help) {
         status = check(&options, &settings);
