@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "fly_preview.h"
 #include "fly_run.h"
+#include "world_file.h"
 
 /* One run of `veduta fly`. */
 typedef struct fly {
@@ -21,17 +22,17 @@ typedef struct fly {
 } fly;
 
 static void print_help(void) {
-    fputs(
-        "usage: veduta fly [OPTIONS] HEIGHTS… PATH [-o fly.mp4]\n"
-        "       veduta fly [OPTIONS] HEIGHTS… --orbit [-o fly.mp4]\n\n"
-        "Flies a camera over elevation data, what `veduta render` takes, along a PATH: keyframes,\n"
-        "an orbit or a track as JSON (docs/fly.md), or a GPX, KML or GeoJSON track. Videos are\n"
-        "made by the ffmpeg program; numbered pictures need none. Ctrl-C leaves a video of the\n"
-        "frames so far.\n",
-        stdout);
+    fputs("usage: veduta fly [OPTIONS] HEIGHTS…|WORLD.json PATH [-o fly.mp4]\n"
+          "       veduta fly [OPTIONS] HEIGHTS…|WORLD.json --orbit [-o fly.mp4]\n\n"
+          "Flies a camera over what `veduta render` takes, models aside, along a PATH: keyframes,\n"
+          "an orbit or a track as JSON (docs/fly.md), or a GPX, KML or GeoJSON track. Videos are\n"
+          "made by the ffmpeg program; numbered pictures need none. Ctrl-C leaves a video of the\n"
+          "frames so far.\n",
+          stdout);
     vd_fly_print_help();
     fputs("\nexamples\n"
           "  veduta fly dem.tif --orbit -o orbit.mp4\n"
+          "  veduta fly world.json path.json -o fly.mp4\n"
           "  veduta fly dem.tif path.json --preview -o map.png\n"
           "  veduta fly dem.tif hike.gpx --above 150 --speed 60 -s 1280x720 -o hike.webm\n"
           "  veduta fly dem.tif path.json --dry-run\n"
@@ -268,17 +269,17 @@ static vd_status load(fly *f) {
     const vd_fly_settings *s = f->settings;
     vd_status status = vd_fly_world_load(&f->run, &f->world);
     if (status.code == VD_OK) {
-        status = vd_path_load(f->run.context, s->path_file, &s->path, &f->world.scene,
-                              vd_fly_ground, &f->world, &f->path_notes, &f->path);
+        status = vd_path_load(f->run.context, s->path_file, &s->path, &f->world.scene->scene,
+                              vd_world_scene_ground, f->world.scene, &f->path_notes, &f->path);
     }
     if (status.code == VD_OK) {
         status = f->path_notes.clearance_m > 0.0
-                     ? vd_camera_path_clear(f->path, vd_fly_ground, &f->world,
+                     ? vd_camera_path_clear(f->path, vd_world_scene_ground, f->world.scene,
                                             f->path_notes.clearance_m, &f->clearance)
                      : vd_success();
     }
     if (status.code == VD_OK && !(f->path_notes.clearance_m > 0.0)) {
-        f->clearance = vd_camera_path_measure(f->path, vd_fly_ground, &f->world, 0.0);
+        f->clearance = vd_camera_path_measure(f->path, vd_world_scene_ground, f->world.scene, 0.0);
     }
     return status;
 }
@@ -304,7 +305,8 @@ static vd_status fly_on(fly *f, const char *command) {
     if (status.code != VD_OK) {
         return status;
     }
-    snprintf(f->flight.look, sizeof f->flight.look, "%s %.17g", s->look, f->world.def.light.haze_m);
+    snprintf(f->flight.look, sizeof f->flight.look, "%s %.17g", s->look,
+             f->world.scene->look.light.haze_m);
     if (s->render.dry_run) {
         return dry_run(f);
     }
@@ -335,16 +337,19 @@ static vd_status check_outputs(const vd_fly_settings *s) {
     return status;
 }
 
-static int run_fly(const vd_fly_settings *settings, const char *command, const char *note,
-                   double start) {
+static int run_fly(const vd_fly_settings *settings, const vd_world_content *content,
+                   const char *command, const char *note, double start) {
     fly f = {.settings = settings};
-    f.run = (vd_render_run){.settings = &settings->render, .start = start};
+    f.run = (vd_render_run){.settings = &settings->render, .content = content, .start = start};
     vd_status status = vd_notes_init(&f.run.notes, settings->render.quiet);
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
     if (note[0] != '\0') {
         vd_notes_log(&f.run.notes, VD_LOG_WARNING, note);
+    }
+    for (size_t i = 0; i < content->warning_count; i++) {
+        vd_notes_log(&f.run.notes, VD_LOG_WARNING, content->warnings[i]);
     }
     status = vd_work_begin(&f.run.notes, settings->render.threads, &f.run.context, &f.run.job);
     int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
@@ -364,15 +369,42 @@ static int run_fly(const vd_fly_settings *settings, const char *command, const c
     return code;
 }
 
-static vd_status read_settings(int argc, char **argv, vd_options *options, vd_fly_settings *out,
+/* The last of the inputs is the path; it is taken from them. Null for an orbit. */
+static vd_status take_path(vd_options *options, char **path) {
+    *path = NULL;
+    if (options->values[FLY_ORBIT].number != 0.0) {
+        const char *last =
+            options->input_count > 1 ? options->inputs[options->input_count - 1] : "";
+        return vd_ends_with(last, ".json")
+                   ? vd_failure(VD_ERROR_ARGUMENT,
+                                "--orbit and %.160s are two paths; give one of them", last)
+                   : vd_success();
+    }
+    const bool formula = options->values[OPTION_FUNCTION].text != NULL;
+    const bool file = formula || options->values[OPTION_OPTIONS].text != NULL;
+    if (options->input_count < (file ? 1 : 2)) {
+        const bool none = options->input_count == 0 && !file;
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "%s; name %s, as in `veduta fly dem.tif path.json -o out.mp4`",
+                          none ? "there is nothing to fly over" : "there is no path",
+                          none ? "an elevation file or a world, and a path"
+                               : "one behind the elevation file or world, or give --orbit");
+    }
+    *path = options->inputs[--options->input_count];
+    return vd_success();
+}
+
+static vd_status read_settings(int argc, char **argv, vd_options *options,
+                               vd_world_content *content, char **path, vd_fly_settings *out,
                                bool *help) {
     vd_status status = vd_options_parse(options, argc, argv);
     *help = status.code == VD_OK && options->values[OPTION_HELP].number != 0.0;
     if (status.code != VD_OK || *help) {
         return status;
     }
-    if (options->values[OPTION_OPTIONS].text != NULL) {
-        status = vd_options_load_json(options, options->values[OPTION_OPTIONS].text);
+    status = take_path(options, path);
+    if (status.code == VD_OK) {
+        status = vd_render_read_files(options, content);
     }
     if (status.code == VD_OK) {
         status = vd_render_prefer_flags(options);
@@ -380,7 +412,10 @@ static vd_status read_settings(int argc, char **argv, vd_options *options, vd_fl
     if (status.code == VD_OK) {
         status = vd_render_apply_preset(options);
     }
-    return status.code == VD_OK ? vd_fly_settings_read(options, out) : status;
+    if (status.code == VD_OK) {
+        status = vd_fly_settings_read(options, *path, out);
+    }
+    return vd_world_file_blame(options, content, &status);
 }
 
 int vd_command_fly(int argc, char **argv) {
@@ -388,13 +423,15 @@ int vd_command_fly(int argc, char **argv) {
     vd_option table[FLY_COUNT];
     vd_options options;
     vd_fly_settings settings;
+    vd_world_content content = {.name = NULL};
+    char *path = NULL;
     bool help = false;
     vd_fly_make_table(table);
     vd_status status = vd_options_init(&options, "fly", table, FLY_COUNT);
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
-    status = read_settings(argc, argv, &options, &settings, &help);
+    status = read_settings(argc, argv, &options, &content, &path, &settings, &help);
     int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     if (status.code == VD_OK && !help) {
         status = check_outputs(&settings);
@@ -408,9 +445,12 @@ int vd_command_fly(int argc, char **argv) {
     } else if (status.code != VD_OK) {
         vd_report(&status, code);
     } else {
-        code = run_fly(&settings, command != NULL ? command : "veduta fly", options.note, start);
+        code = run_fly(&settings, &content, command != NULL ? command : "veduta fly", options.note,
+                       start);
     }
     free(command);
+    free(path);
+    vd_world_content_finish(&content);
     vd_options_finish(&options);
     return code;
 }

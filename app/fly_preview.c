@@ -10,9 +10,7 @@ static vd_camera map_camera(const vd_fly_world *world, const vd_camera_path *pat
     static const double room = 1.06;
     const vd_render_settings *s = world->run->settings;
     vd_vec3 low, high;
-    vd_heightfield_bounds(world->scene.terrain, &low, &high);
-    low.z *= world->exaggeration;
-    high.z *= world->exaggeration;
+    vd_fly_world_bounds(world, &low, &high);
     for (int i = 0; i <= PLACES; i++) {
         vd_vec3 p = vd_camera_path_pose(path, vd_camera_path_duration(path) * i / PLACES).eye;
         low = vd_vec3_make(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));

@@ -247,28 +247,6 @@ static void find_look(const vd_options *options, int inputs, char out[24]) {
     snprintf(out, 24, "%016llx", (unsigned long long)hash);
 }
 
-/* The last of the inputs is the path. */
-static vd_status find_path(const vd_options *options, vd_fly_settings *out) {
-    const int count = options->input_count;
-    const bool orbit = options->values[FLY_ORBIT].number != 0.0;
-    const bool formula = options->values[OPTION_FUNCTION].text != NULL;
-    const int least = (formula ? 0 : 1) + (orbit ? 0 : 1);
-    if (count < least) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "%s; name %s, as in `veduta fly dem.tif path.json -o out.mp4`",
-                          count == 0 ? "there is nothing to fly over" : "there is no path",
-                          orbit        ? "an elevation file"
-                          : count == 0 ? "an elevation file and a path"
-                                       : "one behind the elevation file, or give --orbit");
-    }
-    out->path_file = orbit ? NULL : options->inputs[count - 1];
-    if (orbit && count > 0 && vd_ends_with(options->inputs[count - 1], ".json")) {
-        return vd_failure(VD_ERROR_ARGUMENT, "--orbit and %.160s are two paths; give one of them",
-                          options->inputs[count - 1]);
-    }
-    return vd_success();
-}
-
 static vd_status read_flight(const vd_options *options, vd_fly_settings *out) {
     out->output = options->values[FLY_OUTPUT].text;
     out->resume = options->values[FLY_RESUME].number != 0.0;
@@ -342,28 +320,20 @@ static vd_status read_frames(const vd_options *options, vd_fly_settings *out) {
     return vd_success();
 }
 
-vd_status vd_fly_settings_read(vd_options *options, vd_fly_settings *out) {
-    *out = (vd_fly_settings){.path_file = NULL};
+vd_status vd_fly_settings_read(vd_options *options, const char *path_file, vd_fly_settings *out) {
+    *out = (vd_fly_settings){.path_file = path_file};
     vd_status status = refuse(options);
     if (status.code == VD_OK) {
-        status = find_path(options, out);
+        status = vd_render_settings_read(options, &out->render);
     }
-    if (status.code != VD_OK) {
-        return status;
+    if (status.code == VD_OK && out->render.is_model) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "%.160s is a model; `veduta fly` takes elevation data, or a world file "
+                            "with models in it",
+                            out->render.inputs[0]);
     }
-    const int inputs = options->input_count;
-    options->input_count -= out->path_file != NULL; /* the rest is what `render` takes */
-    status = vd_render_settings_read(options, &out->render);
     if (status.code == VD_OK) {
         find_look(options, options->input_count, out->look);
-    }
-    options->input_count = inputs;
-    if (status.code == VD_OK && out->render.is_model) {
-        status =
-            vd_failure(VD_ERROR_ARGUMENT, "%.160s is a model; `veduta fly` takes elevation data",
-                       out->render.inputs[0]);
-    }
-    if (status.code == VD_OK) {
         status = read_flight(options, out);
     }
     if (status.code == VD_OK) {

@@ -53,8 +53,9 @@ void vd_fly_make_table(vd_option table[FLY_COUNT]);
 
 void vd_fly_print_help(void);
 
-/* Reads the settings; `out` borrows from `options`. Returns VD_ERROR_ARGUMENT, or
- * VD_ERROR_UNSUPPORTED where ffmpeg is needed and missing. */
-VD_MUST_USE vd_status vd_fly_settings_read(vd_options *options, vd_fly_settings *out);
+/* Reads the settings; `out` borrows from `options` and the path's file (null: an orbit). Returns
+ * VD_ERROR_ARGUMENT, or VD_ERROR_UNSUPPORTED where ffmpeg is needed and missing. */
+VD_MUST_USE vd_status vd_fly_settings_read(vd_options *options, const char *path_file,
+                                           vd_fly_settings *out);
 
 #endif

@@ -39,9 +39,7 @@ static bool is_options_file(const char *path) {
     return length > 5 && strcmp(path + length - 5, ".json") == 0;
 }
 
-/* Reads the options and world files among the arguments: the one named by --options and every input
- * that ends in .json, which then is an input no longer. */
-static vd_status read_option_files(vd_options *options, vd_world_content *content) {
+vd_status vd_render_read_files(vd_options *options, vd_world_content *content) {
     char **named = options->inputs;
     int count = options->input_count;
     vd_status status = vd_success();
@@ -75,7 +73,7 @@ vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
     if (status.code != VD_OK || *help) {
         return status;
     }
-    status = read_option_files(options, content);
+    status = vd_render_read_files(options, content);
     if (status.code == VD_OK) {
         status = vd_render_prefer_flags(options);
     }
