@@ -58,8 +58,9 @@ void vd_sun_map_destroy(vd_sun_map **map_in_out) {
 }
 
 static vd_status reserve_texels(vd_sun_map *map, int side, bool bottom) {
-    const size_t texels = (size_t)side * (size_t)side;
-    const size_t blocks = texels / (VD_SUN_MAP_BLOCK * VD_SUN_MAP_BLOCK);
+    const size_t stride = vd_row_stride((size_t)side, sizeof(float));
+    const size_t texels = stride * (size_t)side;
+    const size_t blocks = (size_t)(side / VD_SUN_MAP_BLOCK) * (size_t)(side / VD_SUN_MAP_BLOCK);
     vd_status status = vd_buffer_reserve(map->context, &map->texels, "a map of shadows", texels,
                                          sizeof(float) * (bottom ? 2 : 1) + 1);
     if (status.code == VD_OK) {
@@ -67,6 +68,7 @@ static vd_status reserve_texels(vd_sun_map *map, int side, bool bottom) {
                                    sizeof(float));
     }
     if (status.code == VD_OK) {
+        map->stride = stride;
         map->top = map->texels.memory;
         map->bottom = bottom ? map->top + texels : NULL;
         map->alpha = (uint8_t *)(map->top + (bottom ? 2 : 1) * texels);
@@ -291,7 +293,7 @@ static void keep_top(const pass *p, const vd_target *tile) {
     for (int y = 0; y < tile->height; y++) {
         const float *depth = tile->depth + (size_t)y * tile->stride;
         const uint16_t *color = tile->color + 4 * (size_t)y * tile->stride;
-        const size_t at = (size_t)(tile->y + y) * (size_t)map->side + (size_t)tile->x;
+        const size_t at = (size_t)(tile->y + y) * map->stride + (size_t)tile->x;
         for (int x = 0; x < tile->width; x++) {
             const bool there = depth[x] > 0.0f;
             map->top[at + (size_t)x] =
@@ -309,7 +311,7 @@ static void keep_bottom(const pass *p, const vd_target *tile) {
     for (int y = 0; y < tile->height; y++) {
         const float *depth = tile->depth + (size_t)y * tile->stride;
         const int row = map->side - 1 - (tile->y + y);
-        float *bottom = map->bottom + (size_t)row * (size_t)map->side + tile->x;
+        float *bottom = map->bottom + (size_t)row * map->stride + tile->x;
         for (int x = 0; x < tile->width; x++) {
             bottom[x] =
                 depth[x] > 0.0f ? (float)(p->eye_m + (1.0 - (double)depth[x]) * far) : -INFINITY;
@@ -353,7 +355,7 @@ static void find_highest(vd_sun_map *map) {
         float highest = -INFINITY;
         for (int y = y0 > 0 ? y0 : 0; y < y1 && y < map->side; y++) {
             for (int x = x0 > 0 ? x0 : 0; x < x1 && x < map->side; x++) {
-                const float top = map->top[(size_t)y * (size_t)map->side + (size_t)x];
+                const float top = map->top[(size_t)y * map->stride + (size_t)x];
                 highest = top > highest ? top : highest;
             }
         }

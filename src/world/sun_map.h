@@ -42,9 +42,10 @@ typedef struct vd_sun_map {
      * above the plane, metres: axes[i]·p + at[i]. */
     float axes[3][3], at[3];
     double axes_exact[3][3], at_exact[3];
-    float *top;     /* [side][side] */
-    float *bottom;  /* [side][side]; null where all casters are solid */
-    uint8_t *alpha; /* [side][side] */
+    size_t stride;  /* texels from one row to the next */
+    float *top;     /* [side][stride] */
+    float *bottom;  /* [side][stride]; null where all casters are solid */
+    uint8_t *alpha; /* [side][stride] */
     /* The highest top of the texels that a point over a block may look at: those of the block and
      * two around it. [side / 8][side / 8] */
     float *highest;

@@ -1,5 +1,5 @@
 /* sun_map_share.c: looking points up in the map. */
-#include <math.h>
+#include <string.h>
 #include "world/sun_map.h"
 
 /* How much of the light a texel takes from a point at a height. */
@@ -18,28 +18,31 @@ static inline float taken(const vd_sun_map *map, size_t at, float height) {
     return (float)alpha * (1.0f / 255.0f) * (depth < 1.0f ? depth : 1.0f);
 }
 
-/* How much of each of 4 texels from `first` on the box around a place covers; in parts of the box.
- */
-static inline int weigh(float place, float width, float weight[4]) {
-    const float from = place - 0.5f * width, to = place + 0.5f * width, scale = 1.0f / width;
-    const int first = (int)from; /* at least 0 */
-    for (int i = 0; i < 4; i++) {
-        const float left = (float)(first + i), right = left + 1.0f;
-        const float a = from > left ? from : left, b = to < right ? to : right;
-        weight[i] = b > a ? (b - a) * scale : 0.0f;
-    }
-    return first;
+/* Four texels side by side: compilers branch on each where plain C is written. */
+typedef float four __attribute__((vector_size(16)));
+typedef int32_t four_bits __attribute__((vector_size(16)));
+
+static inline four where(four_bits mask, four v) {
+    return (four)(mask & (four_bits)v);
 }
 
-/* What four texels side by side take, weighed. Of what is solid without a branch. */
-static inline float take_four(const vd_sun_map *map, size_t at, const float weight[4],
-                              float height) {
-    float part[4];
+/* How much of each of 4 texels from *first on the box around a place covers, in parts of it. */
+static inline four weigh(float place, float width, int *first) {
+    const four zero = {0}, step = {0.0f, 1.0f, 2.0f, 3.0f};
+    const float from = place - 0.5f * width, to = place + 0.5f * width;
+    *first = (int)from; /* at least 0 */
+    const four left = step + (float)*first, right = left + 1.0f;
+    const four a = where(left < from, zero + from) + where(left >= from, left);
+    const four b = where(right > to, zero + to) + where(right <= to, right);
+    return where(b > a, b - a) * (1.0f / width);
+}
+
+/* What four texels take, weighed. */
+static inline float take_four(const vd_sun_map *map, size_t at, four weight, float height) {
+    four part;
     if (map->bottom == NULL) {
-        const float *top = map->top + at;
-        for (int c = 0; c < 4; c++) {
-            part[c] = top[c] > height ? weight[c] : 0.0f;
-        }
+        memcpy(&part, map->top + at, sizeof part);
+        part = where(part > height, weight);
     } else {
         for (int c = 0; c < 4; c++) {
             part[c] = weight[c] > 0.0f ? weight[c] * taken(map, at + (size_t)c, height) : 0.0f;
@@ -50,10 +53,11 @@ static inline float take_four(const vd_sun_map *map, size_t at, const float weig
 
 /* The share at a place whose texels are all in the map. */
 static float filter(const vd_sun_map *map, float column, float row, float height, float width) {
-    float across[4], down[4], sum = 0.0f;
-    const int x = weigh(column, width, across), y = weigh(row, width, down);
-    for (int r = 0; r < 4 && down[r] > 0.0f; r++) { /* without weight: the last ones */
-        const size_t at = (size_t)(y + r) * (size_t)map->side + (size_t)x;
+    int x, y;
+    const four across = weigh(column, width, &x), down = weigh(row, width, &y);
+    float sum = 0.0f;
+    for (int r = 0; r < 4; r++) {
+        const size_t at = (size_t)(y + r) * map->stride + (size_t)x;
         sum += down[r] * take_four(map, at, across, height);
     }
     const float share = 1.0f - sum;
