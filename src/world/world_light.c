@@ -242,6 +242,8 @@ static bool find_depths(const vd_target *t, uint32_t ground_id, float *nearest, 
     return most > 0.0f;
 }
 
+#define BLOCK 16
+
 /* Shades up to 16 samples of a row from column x of the window. */
 static void shade_run(const vd_world_light *light, const vd_target *t, int sample, int x, int y,
                       uint32_t ground_id, hills *before) {
@@ -273,9 +275,11 @@ static void shade_run(const vd_world_light *light, const vd_target *t, int sampl
     }
 }
 
-void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint32_t ground_id) {
+/* Shades a part of at most BLOCK × BLOCK pixels, if any of it may be dark: things are few, and most
+ * of a picture lies far from their shadows. (Parts of 64 × 64: twice as long.) */
+static void shade_block(const vd_world_light *light, const vd_target *window, uint32_t ground_id) {
     float nearest, farthest;
-    if (light->map == NULL || !find_depths(window, ground_id, &nearest, &farthest)) {
+    if (!find_depths(window, ground_id, &nearest, &farthest)) {
         return;
     }
     const float rectangle[4] = {(float)window->x, (float)(window->x + window->width),
@@ -283,12 +287,27 @@ void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint3
     if (!may_be_dark(light, rectangle, nearest, farthest)) {
         return;
     }
-    for (int x = 0; x < window->width; x += 16) {
-        hills before = {-HILL_ROWS, 0.0f, -1.0f};
-        for (int y = 0; y < window->height; y++) {
-            for (int s = 0; s < window->samples; s++) {
-                shade_run(light, window, s, x, y, ground_id, &before);
-            }
+    hills before = {-HILL_ROWS, 0.0f, -1.0f};
+    for (int y = 0; y < window->height; y++) {
+        for (int s = 0; s < window->samples; s++) {
+            shade_run(light, window, s, 0, y, ground_id, &before);
+        }
+    }
+}
+
+void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint32_t ground_id) {
+    for (int y = 0; light->map != NULL && y < window->height; y += BLOCK) {
+        for (int x = 0; x < window->width; x += BLOCK) {
+            vd_target part = *window;
+            const size_t at = (size_t)y * window->stride + (size_t)x;
+            part.x += x;
+            part.y += y;
+            part.width = window->width - x < BLOCK ? window->width - x : BLOCK;
+            part.height = window->height - y < BLOCK ? window->height - y : BLOCK;
+            part.color += 4 * at;
+            part.depth += at;
+            part.id += at;
+            shade_block(light, &part, ground_id);
         }
     }
 }
@@ -317,11 +336,9 @@ static void shade_picture_run(const vd_world_light *light, const float *from, ui
     }
 }
 
-void vd_world_shade_picture(const vd_world_light *light, const vd_frame *ground, vd_frame *frame,
-                            int x, int y, int width, int height) {
-    if (light->map == NULL) {
-        return;
-    }
+/* The same for a picture. */
+static void shade_picture_block(const vd_world_light *light, const vd_frame *ground,
+                                vd_frame *frame, int x, int y, int width, int height) {
     float nearest = 0.0f, farthest = INFINITY;
     for (int row = y; row < y + height; row++) {
         const float *depth = ground->depth + (size_t)row * ground->stride + (size_t)x;
@@ -334,12 +351,21 @@ void vd_world_shade_picture(const vd_world_light *light, const vd_frame *ground,
     if (!(nearest > 0.0f) || !may_be_dark(light, rectangle, nearest, farthest)) {
         return;
     }
-    for (int i = x; i < x + width; i += 16) {
-        hills before = {-HILL_ROWS, 0.0f, -1.0f};
-        for (int row = y; row < y + height; row++) {
-            shade_picture_run(light, ground->depth + (size_t)row * ground->stride + (size_t)i,
-                              frame->rgba + 4 * ((size_t)row * frame->stride + (size_t)i), i, row,
-                              x + width - i < 16 ? x + width - i : 16, &before);
+    hills before = {-HILL_ROWS, 0.0f, -1.0f};
+    for (int row = y; row < y + height; row++) {
+        shade_picture_run(light, ground->depth + (size_t)row * ground->stride + (size_t)x,
+                          frame->rgba + 4 * ((size_t)row * frame->stride + (size_t)x), x, row,
+                          width, &before);
+    }
+}
+
+void vd_world_shade_picture(const vd_world_light *light, const vd_frame *ground, vd_frame *frame,
+                            int x, int y, int width, int height) {
+    for (int row = y; light->map != NULL && row < y + height; row += BLOCK) {
+        for (int i = x; i < x + width; i += BLOCK) {
+            shade_picture_block(light, ground, frame, i, row,
+                                x + width - i < BLOCK ? x + width - i : BLOCK,
+                                y + height - row < BLOCK ? y + height - row : BLOCK);
         }
     }
 }
