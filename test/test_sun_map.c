@@ -272,6 +272,51 @@ static void leaves_have_holes(void **state) {
     vd_mesh_destroy(context, &mesh);
 }
 
+/* More casters than are drawn at once: the same map as of the least and of a part. */
+static void draws_any_number_of_casters(void **state) {
+    (void)state;
+    enum { MANY = 300 };
+    static float positions[3 * 3 * 4000];
+    uint64_t random = 9;
+    for (int i = 0; i < 3 * 3 * 4000; i++) {
+        positions[i] = (float)(8 * test_uniform(&random) - 4);
+    }
+    vd_mesh *mesh = soup(context, positions, 3 * 4000); /* 300 of them: 3.6 million vertices */
+    static vd_draw draws[MANY];
+    for (int i = 0; i < MANY; i++) {
+        draws[i] = vd_draw_default();
+        draws[i].mesh = mesh;
+        draws[i].world_from_mesh = vd_matrix_identity();
+        const double at[3] = {10.0 * (i % 20), 10.0 * (i / 20), 3.0 * (i % 7)};
+        for (int k = 0; k < 3; k++) {
+            draws[i].world_from_mesh.m[k][k] = 0.9;
+            draws[i].world_from_mesh.m[k][3] = at[k];
+        }
+    }
+    vd_sun_map *map = NULL, *last = NULL;
+    const vd_vec3 sun = vd_sun_direction(1, 0.9), min = {-5, -5, -5}, max = {200, 150, 30};
+    assert_ok(vd_sun_map_create(context, &map));
+    assert_ok(vd_sun_map_create(context, &last));
+    assert_ok(vd_sun_map_draw(map, NULL, sun, draws, MANY, min, max));
+    /* The first and the last hundred of them alone, over the same box. */
+    size_t dark = 0;
+    for (int part = 0; part < 2; part++) {
+        assert_ok(vd_sun_map_draw(last, NULL, sun, draws + 200 * part, 100, min, max));
+        assert_int_equal(last->side, map->side);
+        for (size_t y = 0; y < (size_t)map->side; y++) {
+            for (size_t x = 0; x < (size_t)map->side; x++) {
+                const size_t at = y * map->stride + x;
+                assert_true(map->top[at] >= last->top[at]);
+                dark += last->top[at] > -INFINITY && map->top[at] == last->top[at];
+            }
+        }
+    }
+    assert_true(dark > 10000);
+    vd_sun_map_destroy(&map);
+    vd_sun_map_destroy(&last);
+    vd_mesh_destroy(context, &mesh);
+}
+
 static void is_empty_without_sun_or_casters(void **state) {
     (void)state;
     vd_sun_map *map = NULL;
@@ -343,6 +388,7 @@ int main(void) {
         cmocka_unit_test(softens_edges),
         cmocka_unit_test(moves_with_the_world),
         cmocka_unit_test(leaves_have_holes),
+        cmocka_unit_test(draws_any_number_of_casters),
         cmocka_unit_test(is_empty_without_sun_or_casters),
         cmocka_unit_test(says_when_memory_is_out),
     };

@@ -5,9 +5,11 @@
 #include <xxhash.h>
 #include "core/core.h"
 #include "image/image.h"
+#include "raster/raster_run.h"
 #include "raster/raster_internal.h"
 
 #define TILE 256
+#define BATCH_VERTICES ((size_t)1 << 20) /* 16 bytes each */
 #define TEXELS_A_CASTER 24.0
 #define BORDER 4 /* empty texels around the casters: a look-up near the edge needs no test */
 
@@ -285,36 +287,56 @@ typedef struct pass {
     const vd_camera *camera;
     double eye_m;
     bool below;
+    bool first; /* nothing was drawn before */
 } pass;
 
+/* The first texel of a row of a tile. From below the rows come from the last on. */
+static size_t row_of(const pass *p, const vd_target *tile, int y) {
+    const int row = p->below ? p->map->side - 1 - (tile->y + y) : tile->y + y;
+    return (size_t)row * p->map->stride + (size_t)tile->x;
+}
+
+static void clear(const pass *p, const vd_target *tile) {
+    for (int y = 0; y < tile->height; y++) {
+        const size_t at = row_of(p, tile, y);
+        float *heights = (p->below ? p->map->bottom : p->map->top) + at;
+        for (int x = 0; x < tile->width; x++) {
+            heights[x] = -INFINITY;
+        }
+        if (!p->below) {
+            memset(p->map->alpha + at, 0, (size_t)tile->width);
+        }
+    }
+}
+
 static void keep_top(const pass *p, const vd_target *tile) {
-    vd_sun_map *map = p->map;
     const double far = p->camera->far_m;
     for (int y = 0; y < tile->height; y++) {
         const float *depth = tile->depth + (size_t)y * tile->stride;
         const uint16_t *color = tile->color + 4 * (size_t)y * tile->stride;
-        const size_t at = (size_t)(tile->y + y) * map->stride + (size_t)tile->x;
+        float *top = p->map->top + row_of(p, tile, y);
+        uint8_t *alpha = p->map->alpha + row_of(p, tile, y);
         for (int x = 0; x < tile->width; x++) {
-            const bool there = depth[x] > 0.0f;
-            map->top[at + (size_t)x] =
-                there ? (float)(p->eye_m - (1.0 - (double)depth[x]) * far) : -INFINITY;
-            /* What was drawn without a fragment function is solid, and has no colour. */
-            const uint16_t *c = color + 4 * x;
-            map->alpha[at + (size_t)x] = !there ? 0 : c[3] == 0 ? 255 : (uint8_t)(c[0] >> 8);
+            const float height = (float)(p->eye_m - (1.0 - (double)depth[x]) * far);
+            if (depth[x] > 0.0f && height > top[x]) {
+                /* What was drawn without a fragment function is solid, and has no colour. */
+                const uint16_t *c = color + 4 * x;
+                top[x] = height;
+                alpha[x] = c[3] == 0 ? 255 : (uint8_t)(c[0] >> 8);
+            }
         }
     }
 }
 
 static void keep_bottom(const pass *p, const vd_target *tile) {
-    vd_sun_map *map = p->map;
     const double far = p->camera->far_m;
     for (int y = 0; y < tile->height; y++) {
         const float *depth = tile->depth + (size_t)y * tile->stride;
-        const int row = map->side - 1 - (tile->y + y);
-        float *bottom = map->bottom + (size_t)row * map->stride + tile->x;
+        float *bottom = p->map->bottom + row_of(p, tile, y);
         for (int x = 0; x < tile->width; x++) {
-            bottom[x] =
-                depth[x] > 0.0f ? (float)(p->eye_m + (1.0 - (double)depth[x]) * far) : -INFINITY;
+            const float height = (float)(p->eye_m + (1.0 - (double)depth[x]) * far);
+            const bool lower = bottom[x] == -INFINITY || height < bottom[x];
+            bottom[x] = depth[x] > 0.0f && lower ? height : bottom[x];
         }
     }
 }
@@ -322,28 +344,53 @@ static void keep_bottom(const pass *p, const vd_target *tile) {
 static void draw_tile(void *user, int index, int worker) {
     static const uint16_t nothing[4] = {0, 0, 0, 0};
     const pass *p = user;
-    const int across = (p->map->side + TILE - 1) / TILE;
+    const int across = p->map->side / TILE;
+    bool any_blends;
     vd_target *target = p->map->targets[worker];
     target->x = index % across * TILE;
     target->y = index / across * TILE;
-    vd_target_clear(target, nothing);
-    vd_raster_draw(p->map->raster, target, worker);
-    (p->below ? keep_bottom : keep_top)(p, target);
+    if (p->first) {
+        clear(p, target);
+    }
+    if (vd_raster_window_any(p->map->raster, target, &any_blends)) {
+        vd_target_clear(target, nothing);
+        vd_raster_draw(p->map->raster, target, worker);
+        (p->below ? keep_bottom : keep_top)(p, target);
+    }
+}
+
+/* Where the casters end that are drawn with the one at `from`: the rasterizer keeps the vertices of
+ * all that it draws at once. */
+static size_t next_batch(const vd_sun_map *map, size_t from) {
+    const vd_draw *draws = map->draws.data;
+    size_t vertices = 0, to = from;
+    while (to < map->draws.count && (to == from || vertices < BATCH_VERTICES)) {
+        vertices += draws[to++].mesh->vertex_count;
+    }
+    return to;
 }
 
 static vd_status draw_side(vd_sun_map *map, vd_job *job, const sun_views *views, bool from_below) {
-    pass p = {map, from_below ? &views->below : &views->above,
-              from_below ? views->below_m : views->above_m, from_below};
+    pass p = {.map = map, .below = from_below, .first = true};
+    p.camera = from_below ? &views->below : &views->above;
+    p.eye_m = from_below ? views->below_m : views->above_m;
     const vd_raster_def def = vd_raster_def_default();
     const int across = map->side / TILE;
-    /* Only its size and its table of ids are looked at. */
-    map->frame->width = map->frame->height = map->side;
-    vd_status status = vd_raster_prepare(map->raster, job, &def, p.camera, map->draws.data,
-                                         (int)map->draws.count, map->frame);
-    map->frame->width = map->frame->height = 1;
-    return status.code != VD_OK
-               ? status
-               : vd_parallel_for(map->context, job, across * across, draw_tile, &p);
+    const vd_draw *draws = map->draws.data;
+    vd_status status = vd_success();
+    for (size_t from = 0; from < map->draws.count && status.code == VD_OK; p.first = false) {
+        const size_t to = next_batch(map, from);
+        /* Only its size and its table of ids are looked at. */
+        map->frame->width = map->frame->height = map->side;
+        status = vd_raster_prepare(map->raster, job, &def, p.camera, draws + from, (int)(to - from),
+                                   map->frame);
+        map->frame->width = map->frame->height = 1;
+        if (status.code == VD_OK) {
+            status = vd_parallel_for(map->context, job, across * across, draw_tile, &p);
+        }
+        from = to;
+    }
+    return status;
 }
 
 static void find_highest(vd_sun_map *map) {

@@ -45,7 +45,8 @@ float vd_world_light_past_hills(const vd_world_light *light, const float place[3
 /* Darkens the ground where things throw shadows on it: of every sample of the window whose id is
  * `ground_id`, the colour without its haze to 0.35 + 0.65 · share, as the softest of the terrain's
  * own shadows (VD_SHADOW_SOFT), but not where hills hide the sun already. The colours must be
- * hazed as the light says. One thread a window. */
+ * hazed as the light says. One thread a window. Cost: a nanosecond a sample where the map has
+ * nothing near the window, 15 among a thousand trees. */
 void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint32_t ground_id);
 
 /* The same for the part [x, x + width) × [y, y + height) of a frame whose pixels are ground
