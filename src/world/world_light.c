@@ -153,6 +153,13 @@ static uint32_t look_up(const vd_world_light *light, float x, float y, const flo
         width[i] = vd_world_light_width(light, z[i]);
     }
     vd_world_light_place(light, across, down, z, lanes->place);
+    /* A little towards the sun, or the lit foot of a thing would darken the ground before it. */
+    for (int c = 0; c < 3; c++) {
+        const float towards = light->to_sun[c] * (0.5f * light->map->texel_m);
+        for (int i = 0; i < 16; i++) {
+            lanes->place[c][i] = lanes->place[c][i] + towards * width[i];
+        }
+    }
     const uint32_t dark = vd_world_light_shares(light, mask, lanes->place, width, share);
     if (dark != 0) {
         for (int i = 0; i < 16; i++) {
