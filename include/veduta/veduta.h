@@ -14,6 +14,7 @@
 #include <veduta/context.h>
 #include <veduta/coverage.h>
 #include <veduta/dem.h>
+#include <veduta/display.h>
 #include <veduta/frame.h>
 #include <veduta/function.h>
 #include <veduta/furniture.h>

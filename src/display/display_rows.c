@@ -1,0 +1,211 @@
+/* A row at a time: which pixels of which quads are seen, nearest first; then the blending, farthest
+ * first. A row's colours stay in the first cache while all quads of the row go over them, and
+ * neighbouring rows read the same texels. */
+#include "display/display_rows.h"
+
+/* What nearer quads hide of a row: intervals in order, apart from each other. When there are more,
+ * some is drawn that could have been left out. */
+#define MAX_HIDDEN 32
+
+typedef struct hidden_row {
+    int count;
+    int begin[MAX_HIDDEN], end[MAX_HIDDEN];
+} hidden_row;
+
+/* ---- spans ------------------------------------------------------------------------------------*/
+
+static bool inside(const vd_display_edge *e, double constant, int x) {
+    const double distance = e->a * (x + 0.5) + constant;
+    return distance > 0.0 || (distance == 0.0 && e->closed);
+}
+
+/* Narrows [*begin, *end) to what is inside all edges on row y. Whether a pixel is inside one grows
+ * or falls along the row even as it is rounded, so that a guess and steps of one find the ends. */
+static void narrow(const vd_display_edge *edges, int count, int y, int *begin, int *end) {
+    int low = *begin, high = *end;
+    for (int i = 0; i < count && low < high; i++) {
+        const vd_display_edge *e = &edges[i];
+        const double constant = e->b * (y + 0.5) + e->c;
+        double guess = -constant * e->inverse - 0.5;
+        guess = guess > low ? guess : low;
+        guess = guess < high ? guess : high;
+        int x = (int)guess;
+        if (e->a > 0.0) {
+            while (x > low && inside(e, constant, x - 1)) {
+                x--;
+            }
+            while (x < high && !inside(e, constant, x)) {
+                x++;
+            }
+            low = x;
+        } else if (e->a < 0.0) {
+            while (x > low && !inside(e, constant, x - 1)) {
+                x--;
+            }
+            while (x < high && inside(e, constant, x)) {
+                x++;
+            }
+            high = x;
+        } else if (!inside(e, constant, low)) {
+            high = low;
+        }
+    }
+    *begin = low;
+    *end = high;
+}
+
+/* ---- what is hidden ---------------------------------------------------------------------------*/
+
+static void hide(hidden_row *h, int begin, int end) {
+    int first = 0;
+    while (first < h->count && h->end[first] < begin) {
+        first++;
+    }
+    int last = first;
+    while (last < h->count && h->begin[last] <= end) {
+        begin = h->begin[last] < begin ? h->begin[last] : begin;
+        end = h->end[last] > end ? h->end[last] : end;
+        last++;
+    }
+    if (last == first && h->count == MAX_HIDDEN) {
+        return;
+    }
+    const int tail = h->count - last;
+    if (last == first) {
+        for (int i = tail - 1; i >= 0; i--) {
+            h->begin[first + 1 + i] = h->begin[last + i];
+            h->end[first + 1 + i] = h->end[last + i];
+        }
+    } else {
+        for (int i = 0; i < tail; i++) {
+            h->begin[first + 1 + i] = h->begin[last + i];
+            h->end[first + 1 + i] = h->end[last + i];
+        }
+    }
+    h->begin[first] = begin;
+    h->end[first] = end;
+    h->count += 1 - (last - first);
+}
+
+/* Adds what is seen of a segment, split at most `spare` times. Returns the number added. */
+static int add_seen(vd_display_segment *out, size_t spare, vd_display_segment whole,
+                    const hidden_row *h) {
+    int added = 0;
+    int at = whole.begin;
+    for (int i = 0; i < h->count && h->begin[i] < whole.end; i++) {
+        if (h->end[i] <= at) {
+            continue;
+        }
+        if (h->begin[i] > at) {
+            if ((size_t)added == spare) {
+                break;
+            }
+            out[added] = whole;
+            out[added].begin = at;
+            out[added++].end = h->begin[i];
+        }
+        at = h->end[i];
+    }
+    if (at < whole.end) {
+        out[added] = whole;
+        out[added++].begin = at;
+    }
+    return added;
+}
+
+/* ---- drawing ----------------------------------------------------------------------------------*/
+
+static double on_plane(const double plane[3], double x, double y) {
+    return plane[0] * x + (plane[1] * y + plane[2]);
+}
+
+/* A position, in 1/256 texel and rounded, as whole and part. */
+static void split(double position, int32_t *whole, float *part) {
+    const double rounded = position * 256.0 - 127.5;
+    double v = rounded < VD_DISPLAY_FAR ? rounded : VD_DISPLAY_FAR;
+    v = v > -VD_DISPLAY_FAR ? v : -VD_DISPLAY_FAR;
+    *whole = (int32_t)v;
+    *whole -= *whole > v ? 1 : 0;
+    *part = (float)(v - *whole);
+}
+
+/* A float that is not NaN and whose product with any number of pixels is finite. */
+static float bounded(double v) {
+    v = v < 1e30 ? v : 1e30;
+    return (float)(v > -1e30 ? v : -1e30);
+}
+
+static vd_display_line make_line(const vd_display_segment *segment, int y) {
+    const vd_display_setup *s = segment->setup;
+    const vd_quad_picture *p = &s->quad->picture;
+    const double px = segment->base + 0.5, py = y + 0.5;
+    const double w = 1.0 / on_plane(s->inverse_w, px, py);
+    const double u = on_plane(s->u, px, py) * w, v = on_plane(s->v, px, py) * w;
+    vd_display_line line = {
+        .texels = p->rgba,
+        .stride = (int32_t)p->stride,
+        .width = p->width,
+        .height = p->height,
+        .base = segment->base,
+        .step_u = bounded(256.0 * ((s->u[0] - u * s->inverse_w[0]) * w)),
+        .step_v = bounded(256.0 * ((s->v[0] - v * s->inverse_w[0]) * w)),
+        .bend = bounded(s->inverse_w[0] * w),
+        .opacity = s->quad->opacity,
+    };
+    split(u, &line.whole_u, &line.part_u);
+    split(v, &line.whole_v, &line.part_v);
+    return line;
+}
+
+/* Finds what is seen of row y, nearest first. Returns the number of segments. */
+static int find_segments(const vd_display_list *list, int y, const vd_display_setup *const *active,
+                         int count, vd_display_segment *segments) {
+    hidden_row hidden;
+    hidden.count = 0;
+    int found = 0;
+    size_t spare = 63;
+    for (int i = count - 1; i >= 0; i--) {
+        const vd_display_setup *s = active[i];
+        vd_display_segment whole = {s, 0, 0, list->window.width};
+        if (y < s->first_row || y >= s->end_row) {
+            continue;
+        }
+        narrow(s->edges, s->edge_count, y, &whole.begin, &whole.end);
+        if (whole.begin >= whole.end) {
+            continue;
+        }
+        /* From where w is greatest: then 1 + n·bend never cancels. */
+        whole.base = s->inverse_w[0] < 0.0 ? whole.end - 1 : whole.begin;
+        const int added = add_seen(segments + found, spare, whole, &hidden);
+        found += added;
+        spare -= added > 1 ? (size_t)(added - 1) : 0;
+        if (added > 0 && s->opaque_count > 0 && !list->draw_hidden) {
+            narrow(s->opaque, s->opaque_count, y, &whole.begin, &whole.end);
+            if (whole.begin < whole.end) {
+                hide(&hidden, whole.begin, whole.end);
+            }
+        }
+        if (hidden.count == 1 && hidden.begin[0] == 0 && hidden.end[0] == list->window.width) {
+            break;
+        }
+    }
+    return found;
+}
+
+void vd_display_rows(const vd_display_list *list, int first, int end, vd_display_scratch scratch) {
+    int count = 0;
+    for (int i = 0; i < list->count; i++) {
+        if (list->setups[i].first_row < end && list->setups[i].end_row > first) {
+            scratch.active[count++] = &list->setups[i];
+        }
+    }
+    for (int y = first; y < end; y++) {
+        const int found = find_segments(list, y, scratch.active, count, scratch.segments);
+        uint8_t *row = list->window.rgba + 4 * list->window.stride * (size_t)y;
+        for (int i = found - 1; i >= 0; i--) {
+            const vd_display_segment *s = &scratch.segments[i];
+            const vd_display_line line = make_line(s, y);
+            list->kernels->blend(row, &line, s->begin, s->end);
+        }
+    }
+}

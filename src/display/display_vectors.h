@@ -1,0 +1,98 @@
+/* display_vectors.h: four 16-bit channels a pixel over wide.h's vectors. Half as many pixels as
+ * there are lanes in a vector; unpacking goes by 128 bits at a time, as x86 does it. */
+#ifndef VEDUTA_DISPLAY_VECTORS_H
+#define VEDUTA_DISPLAY_VECTORS_H
+
+#include "core/wide_texels.h"
+
+typedef uint8_t vd_bytes __attribute__((vector_size(VD_WIDE_LANES * 4)));
+typedef uint16_t vd_channels __attribute__((vector_size(VD_WIDE_LANES * 4)));
+
+#if defined(__AVX512BW__)
+#define ON_X86(name, a, b) (vd_channels) _mm512_##name((__m512i)(a), (__m512i)(b))
+#define ZERO _mm512_setzero_si512()
+#elif defined(__AVX2__)
+#define ON_X86(name, a, b) (vd_channels) _mm256_##name((__m256i)(a), (__m256i)(b))
+#define ZERO _mm256_setzero_si256()
+#elif defined(__SSE4_1__)
+#define ON_X86(name, a, b) (vd_channels) _mm_##name((__m128i)(a), (__m128i)(b))
+#define ZERO _mm_setzero_si128()
+#endif
+
+/* Bytes to 16 bits: the lower and the upper 8 of every 16. */
+static inline vd_channels vd_channels_low(vd_wide_i32 bytes) {
+#if defined(ON_X86)
+    return ON_X86(unpacklo_epi8, bytes, ZERO);
+#else
+    const vd_bytes b = (vd_bytes)bytes, zero = {0};
+    return (vd_channels)__builtin_shufflevector(b, zero, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21,
+                                                6, 22, 7, 23);
+#endif
+}
+
+static inline vd_channels vd_channels_high(vd_wide_i32 bytes) {
+#if defined(ON_X86)
+    return ON_X86(unpackhi_epi8, bytes, ZERO);
+#else
+    const vd_bytes b = (vd_bytes)bytes, zero = {0};
+    return (vd_channels)__builtin_shufflevector(b, zero, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13,
+                                                29, 14, 30, 15, 31);
+#endif
+}
+
+/* The lower, or upper, 64 bits of every 128 of a and b in turns. */
+static inline vd_channels vd_channels_first(vd_channels a, vd_channels b) {
+#if defined(ON_X86)
+    return ON_X86(unpacklo_epi64, a, b);
+#else
+    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11);
+#endif
+}
+
+static inline vd_channels vd_channels_second(vd_channels a, vd_channels b) {
+#if defined(ON_X86)
+    return ON_X86(unpackhi_epi64, a, b);
+#else
+    return __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
+#endif
+}
+
+/* Half a vector of pixels from memory. */
+static inline vd_channels vd_channels_load(const uint8_t *from) {
+    typedef uint8_t bytes __attribute__((vector_size(VD_WIDE_LANES * 2)));
+    bytes b;
+    memcpy(&b, from, sizeof b);
+    return __builtin_convertvector(b, vd_channels);
+}
+
+/* Every pixel's alpha in all of its channels. */
+static inline vd_channels vd_channels_alpha(vd_channels v) {
+#if defined(__AVX512BW__)
+    return (vd_channels)_mm512_shufflehi_epi16(_mm512_shufflelo_epi16((__m512i)v, 0xFF), 0xFF);
+#elif defined(__AVX2__)
+    return (vd_channels)_mm256_shufflehi_epi16(_mm256_shufflelo_epi16((__m256i)v, 0xFF), 0xFF);
+#elif defined(__SSE4_1__)
+    return (vd_channels)_mm_shufflehi_epi16(_mm_shufflelo_epi16((__m128i)v, 0xFF), 0xFF);
+#else
+    return __builtin_shufflevector(v, v, 3, 3, 3, 3, 7, 7, 7, 7);
+#endif
+}
+
+static inline vd_channels vd_channels_min(vd_channels a, vd_channels b) {
+#if defined(ON_X86)
+    return ON_X86(min_epu16, a, b);
+#else
+    const vd_channels less = (vd_channels)(a < b);
+    return (a & less) | (b & ~less);
+#endif
+}
+
+/* round(v / 255) for v <= 65152. */
+static inline vd_channels vd_channels_divide_255(vd_channels v) {
+    const vd_channels t = v + 128;
+    return (t + (t >> 8)) >> 8;
+}
+
+#undef ON_X86
+#undef ZERO
+#endif
