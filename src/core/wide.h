@@ -13,6 +13,8 @@
 #include <string.h>
 #if defined(__SSE4_1__)
 #include <immintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #else
 #include <math.h>
 #endif
@@ -171,6 +173,8 @@ static inline uint32_t vd_wide_bits(vd_wide_mask mask) {
     return (uint32_t)_mm256_movemask_ps((__m256)mask);
 #elif defined(__SSE4_1__)
     return (uint32_t)_mm_movemask_ps((__m128)mask);
+#elif defined(__wasm_simd128__)
+    return wasm_i32x4_bitmask((v128_t)mask);
 #else
     uint32_t bits = 0;
     for (int i = 0; i < VD_WIDE_LANES; i++) {
@@ -206,6 +210,8 @@ static inline vd_wide_f32 vd_wide_min_f32(vd_wide_f32 a, vd_wide_f32 b) {
     return (vd_wide_f32)_mm256_min_ps((__m256)a, (__m256)b);
 #elif defined(__SSE4_1__)
     return (vd_wide_f32)_mm_min_ps((__m128)a, (__m128)b);
+#elif defined(__wasm_simd128__)
+    return (vd_wide_f32)wasm_f32x4_pmin((v128_t)b, (v128_t)a);
 #else
     return vd_wide_select_f32(a < b, a, b);
 #endif
@@ -219,6 +225,8 @@ static inline vd_wide_f32 vd_wide_max_f32(vd_wide_f32 a, vd_wide_f32 b) {
     return (vd_wide_f32)_mm256_max_ps((__m256)a, (__m256)b);
 #elif defined(__SSE4_1__)
     return (vd_wide_f32)_mm_max_ps((__m128)a, (__m128)b);
+#elif defined(__wasm_simd128__)
+    return (vd_wide_f32)wasm_f32x4_pmax((v128_t)b, (v128_t)a);
 #else
     return vd_wide_select_f32(b < a, a, b);
 #endif
@@ -231,6 +239,8 @@ static inline vd_wide_f32 vd_wide_floor_f32(vd_wide_f32 v) {
     return (vd_wide_f32)_mm256_floor_ps((__m256)v);
 #elif defined(__SSE4_1__)
     return (vd_wide_f32)_mm_floor_ps((__m128)v);
+#elif defined(__wasm_simd128__)
+    return (vd_wide_f32)wasm_f32x4_floor((v128_t)v);
 #else
     for (int i = 0; i < VD_WIDE_LANES; i++) {
         v[i] = floorf(v[i]);
@@ -246,6 +256,8 @@ static inline vd_wide_f32 vd_wide_sqrt_f32(vd_wide_f32 v) {
     return (vd_wide_f32)_mm256_sqrt_ps((__m256)v);
 #elif defined(__SSE4_1__)
     return (vd_wide_f32)_mm_sqrt_ps((__m128)v);
+#elif defined(__wasm_simd128__)
+    return (vd_wide_f32)wasm_f32x4_sqrt((v128_t)v);
 #else
     for (int i = 0; i < VD_WIDE_LANES; i++) {
         v[i] = sqrtf(v[i]);
@@ -262,6 +274,8 @@ static inline vd_wide_i32 vd_wide_to_i32(vd_wide_f32 v) {
     return (vd_wide_i32)_mm256_cvttps_epi32((__m256)v);
 #elif defined(__SSE4_1__)
     return (vd_wide_i32)_mm_cvttps_epi32((__m128)v);
+#elif defined(__wasm_simd128__)
+    return (vd_wide_i32)wasm_i32x4_trunc_sat_f32x4((v128_t)v);
 #else
     vd_wide_i32 whole;
     for (int i = 0; i < VD_WIDE_LANES; i++) {

@@ -39,6 +39,11 @@ static inline void vd_wide_load_pairs(const void *base, vd_wide_i32 i, vd_wide_i
     out[0] = (vd_wide_i32)part[0];
     out[1] = (vd_wide_i32)part[1];
 #endif
+#elif defined(__wasm_simd128__)
+    for (int j = 0; j < 2; j++) {
+        const v128_t first = wasm_v128_load64_zero(from + at[2 * j]);
+        out[j] = (vd_wide_i32)wasm_v128_load64_lane(from + at[2 * j + 1], first, 1);
+    }
 #else
     for (int lane = 0; lane < VD_WIDE_LANES; lane++) {
         out[2 * lane / VD_WIDE_LANES][2 * lane % VD_WIDE_LANES] = (int32_t)from[at[lane]];
@@ -138,6 +143,8 @@ static inline vd_wide_i32 vd_wide_pack_texels(vd_wide_i16 first, vd_wide_i16 sec
         _mm256_packus_epi16((__m256i)first, (__m256i)second), 0xD8);
 #elif defined(__SSE4_1__)
     return (vd_wide_i32)_mm_packus_epi16((__m128i)first, (__m128i)second);
+#elif defined(__wasm_simd128__)
+    return (vd_wide_i32)wasm_u8x16_narrow_i16x8((v128_t)first, (v128_t)second);
 #else
     uint8_t bytes[VD_WIDE_LANES * 4];
     for (int i = 0; i < VD_WIDE_LANES * 4; i++) {
