@@ -49,7 +49,7 @@ typedef struct vd_impostor_stats {
     uint64_t pixels_drawn, pixels_shown; /* all in all: their ratio is the reuse R */
     double overdraw;                     /* D: impostors' pixels a pixel of the last picture */
     double error_px;                     /* the greatest screen error of what is shown */
-    double decide_s, draw_s, show_s;     /* wall seconds of the last update and picture */
+    double decide_s, draw_s, direct_s, show_s; /* wall seconds of the last update and picture */
 } vd_impostor_stats;
 
 typedef struct vd_impostors vd_impostors;

@@ -7,17 +7,22 @@
 #ifndef VEDUTA_IMPOSTOR_IMPOSTOR_SET_H
 #define VEDUTA_IMPOSTOR_IMPOSTOR_SET_H
 
+#include <veduta/display.h>
 #include <veduta/impostor.h>
 #include "core/buffer.h"
 #include "core/list.h"
 #include "impostor/impostor_plane.h"
 #include "world/world_renderer.h"
 
+/* Transparent pixels around each picture, so that its edge fades out when it is filtered. */
+#define VD_IMPOSTOR_PAD 2
+
 /* A picture on a plane. */
 typedef struct vd_impostor_picture {
     vd_impostor_plane plane;
     uint8_t *rgba; /* [height][width][4], premultiplied; null: there is none */
     int width, height;
+    int opaque[4];   /* see vd_quad_picture */
     double focal_px; /* of the camera that it was made for */
 } vd_impostor_picture;
 
@@ -48,8 +53,10 @@ struct vd_impostors {
     vd_list slots;     /* vd_impostor_slot */
     vd_list shown;     /* uint32_t slots, back to front */
     vd_list direct;    /* uint32_t nodes */
-    vd_list wishes;    /* vd_impostor_wish */
-    vd_frame *canvas;  /* where pictures are drawn, of the largest size so far */
+    vd_list quads;     /* vd_quad, of the last picture */
+    vd_display *display;
+    vd_list wishes;   /* vd_impostor_wish */
+    vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
     size_t canvas_pixels;
     size_t bytes; /* of pictures */
     uint64_t update;

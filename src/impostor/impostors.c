@@ -5,8 +5,6 @@
 #include "core/core.h"
 #include "impostor/impostor_set.h"
 
-/* Transparent pixels around each picture, so that its edge fades out when it is filtered. */
-#define PAD 2
 #define MOST_SIDE 2048
 
 /* How fast the camera's motion is believed. */
@@ -73,8 +71,13 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->renderer = renderer;
     set->def = used;
     set->slot_of = slots;
+    const vd_status made = vd_display_create(context, &set->display);
+    if (made.code != VD_OK) {
+        vd_impostors_destroy(&set);
+        return made;
+    }
     *out = set;
-    return status;
+    return made;
 }
 
 void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
@@ -100,6 +103,8 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_release(set->context, set->shown.data);
     vd_release(set->context, set->direct.data);
     vd_release(set->context, set->wishes.data);
+    vd_release(set->context, set->quads.data);
+    vd_display_destroy(&set->display);
     vd_release(set->context, set);
     *impostors = NULL;
 }
@@ -162,8 +167,9 @@ static void replace(vd_impostors *set, vd_impostor_slot *slot, const vd_impostor
 
 /* Pixels of a side that is `metres` long on the plane; padded. */
 static int side_of(double metres, const vd_impostor_plane *plane, double focal_px) {
-    const double side = ceil(metres * focal_px / plane->distance_m) + 2 * PAD;
-    return side < MOST_SIDE ? (side > 2 * PAD + 1 ? (int)side : 2 * PAD + 1) : MOST_SIDE;
+    const double side = ceil(metres * focal_px / plane->distance_m) + 2 * VD_IMPOSTOR_PAD;
+    return side < MOST_SIDE ? (side > 2 * VD_IMPOSTOR_PAD + 1 ? (int)side : 2 * VD_IMPOSTOR_PAD + 1)
+                            : MOST_SIDE;
 }
 
 vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
@@ -189,8 +195,8 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
         return status;
     }
     const double nearest = 0.2 * (made.plane.distance_m - made.plane.depth_m);
-    const vd_camera camera =
-        vd_impostor_plane_camera(&made.plane, made.width, made.height, PAD, fmax(nearest, 1e-3));
+    const vd_camera camera = vd_impostor_plane_camera(&made.plane, made.width, made.height,
+                                                      VD_IMPOSTOR_PAD, fmax(nearest, 1e-3));
     const int samples = set->renderer->samples;
     status = vd_world_renderer_set_samples(set->renderer, set->def.samples);
     if (status.code == VD_OK) {
@@ -209,6 +215,14 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     made.rgba = take_picture(set, &any);
     if (made.rgba == NULL) {
         return vd_out_of_memory("an impostor", (size_t)made.width * (size_t)made.height * 4);
+    }
+    vd_quad_picture shown = {.rgba = made.rgba,
+                             .width = made.width,
+                             .height = made.height,
+                             .stride = (size_t)made.width};
+    vd_quad_picture_find_opaque(&shown);
+    for (int i = 0; i < 4; i++) {
+        made.opaque[i] = shown.opaque[i];
     }
     slot->empty = !any;
     replace(set, slot, &made);

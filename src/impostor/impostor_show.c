@@ -1,0 +1,107 @@
+/* impostor_show.c: impostors on the screen.
+ *
+ * First the ground and what is drawn itself, with depth; then the pictures, back to front, each
+ * hidden where something of the first is nearer than its plane.
+ */
+#include <math.h>
+#include "core/core.h"
+#include "impostor/impostor_set.h"
+
+/* Corners of a picture, its transparent edge included. */
+static void corners_of(const vd_impostor_picture *p, vd_vec3 out[4]) {
+    const double *e = p->plane.extent;
+    const double x = VD_IMPOSTOR_PAD * (e[2] - e[0]) / (p->width - 2 * VD_IMPOSTOR_PAD);
+    const double y = VD_IMPOSTOR_PAD * (e[3] - e[1]) / (p->height - 2 * VD_IMPOSTOR_PAD);
+    out[0] = vd_impostor_plane_at(&p->plane, e[0] - x, e[1] - y);
+    out[1] = vd_impostor_plane_at(&p->plane, e[2] + x, e[1] - y);
+    out[2] = vd_impostor_plane_at(&p->plane, e[2] + x, e[3] + y);
+    out[3] = vd_impostor_plane_at(&p->plane, e[0] - x, e[3] + y);
+}
+
+static vd_status add_quad(vd_impostors *set, const vd_camera *camera,
+                          const vd_impostor_picture *picture, uint8_t opacity) {
+    vd_vec3 corners[4];
+    vd_quad quad = {.picture = {.rgba = picture->rgba,
+                                .width = picture->width,
+                                .height = picture->height,
+                                .stride = (size_t)picture->width},
+                    .opacity = opacity};
+    for (int i = 0; i < 4; i++) {
+        quad.picture.opaque[i] = picture->opaque[i];
+    }
+    corners_of(picture, corners);
+    const vd_status status = vd_quad_place(&quad, camera, corners);
+    if (status.code != VD_OK) {
+        return vd_success(); /* too far away to be told from nothing */
+    }
+    vd_quad *to = vd_list_add(set->context, &set->quads, 1, sizeof *to);
+    if (to == NULL) {
+        return vd_out_of_memory("a picture's impostors", sizeof *to);
+    }
+    *to = quad;
+    set->stats.pixels_shown += (uint64_t)picture->width * (uint64_t)picture->height;
+    return vd_success();
+}
+
+/* A picture, and while it is new the one that it takes the place of: the old one stays whole under
+ * it until the new one is. */
+static vd_status add_slot(vd_impostors *set, const vd_camera *camera, vd_impostor_slot *slot) {
+    const double age = set->time_s - slot->born_s;
+    const bool fades = slot->before.rgba != NULL && age < set->def.fade_s;
+    vd_status status = vd_success();
+    if (!fades) {
+        vd_impostor_release(set, &slot->before);
+    } else {
+        status = add_quad(set, camera, &slot->before, 255);
+    }
+    const double share = fades ? age / set->def.fade_s : 1.0;
+    return status.code == VD_OK && slot->now.rgba != NULL
+               ? add_quad(set, camera, &slot->now, (uint8_t)(255.0 * share + 0.5))
+               : status;
+}
+
+static vd_status gather_quads(vd_impostors *set, const vd_camera *camera) {
+    const uint32_t *shown = set->shown.data;
+    vd_status status = vd_success();
+    set->quads.count = 0;
+    for (size_t i = 0; i < set->shown.count && status.code == VD_OK; i++) {
+        status = add_slot(set, camera, vd_impostor_slot_at(set, shown[i]));
+    }
+    return status;
+}
+
+vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                            vd_frame *frame, vd_impostor_stats *stats) {
+    vd_status status = vd_camera_validate(camera);
+    if (status.code == VD_OK && frame->depth == NULL) {
+        status = vd_failure(VD_ERROR_ARGUMENT, "impostors are shown in a frame that has depth; "
+                                               "create it with VD_PLANE_DEPTH");
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const uint64_t start = vd_clock_ns();
+    vd_pass pass;
+    vd_world_stats own = {.objects = 0};
+    status = vd_world_draw_nodes(set->renderer, job, camera, set->direct.data, set->direct.count,
+                                 frame, &pass, &own);
+    const uint64_t things = vd_clock_ns();
+    if (status.code == VD_OK) {
+        status = gather_quads(set, camera);
+    }
+    if (status.code == VD_OK) {
+        vd_display_def def = vd_display_def_default();
+        def.near_m = (float)camera->near_m;
+        status =
+            vd_display_draw(set->display, job, frame, set->quads.data, (int)set->quads.count, &def);
+    }
+    set->stats.show_s = 1e-9 * (double)(vd_clock_ns() - things);
+    if (status.code == VD_OK) {
+        status = vd_world_draw_over(set->renderer, job, &pass, frame);
+    }
+    set->stats.direct_s = 1e-9 * (double)(things - start);
+    if (stats != NULL) {
+        *stats = set->stats;
+    }
+    return status;
+}
