@@ -72,6 +72,13 @@ static void levels_equal_the_reference(void **state) {
         line.step_u = any_float(&random, 600);
         line.step_v = any_float(&random, 600);
         line.bend = any_float(&random, round % 2 == 0 ? 0.01 : 1);
+        float depth[512];
+        for (int i = 0; i < 512; i++) {
+            depth[i] = any_float(&random, 1);
+        }
+        line.depth = round % 3 == 1 ? depth : NULL;
+        line.depth_at = any_float(&random, 1);
+        line.depth_step = any_float(&random, 0.01);
         line.opacity = round % 4 == 0 ? 255 : 1 + (uint32_t)(test_random(&random) % 255);
         const int begin = (int)(test_random(&random) % 512);
         const int end = begin + (int)(test_random(&random) % (uint64_t)(513 - begin));
@@ -88,6 +95,51 @@ static void levels_equal_the_reference(void **state) {
         }
         free(texels);
     }
+}
+
+/* Pixels where the frame's depth is nearer than the quad's keep their bytes, others are as without
+ * a test; a quad that counts as nearer is hidden less. */
+static void nearer_depth_hides(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    vd_frame *frame = NULL, *all = make_frame(context, 200, 100);
+    assert_ok(vd_frame_create(context, 200, 100, VD_PLANE_DEPTH, &frame));
+    uint8_t red[4 * 4 * 4];
+    for (int i = 0; i < 16; i++) {
+        memcpy(red + 4 * i, (const uint8_t[4]){255, 0, 0, 255}, 4);
+    }
+    /* From the left, 10 m away, to the right, 20 m. */
+    vd_quad quad = {.corners = {{100, 50, 10}, {3800, 100, 20}, {3800, 1900, 20}, {100, 950, 10}},
+                    .picture = {.rgba = red, .width = 4, .height = 4, .stride = 4},
+                    .opacity = 255};
+    vd_display *display = NULL;
+    vd_display_def def = vd_display_def_default();
+    def.near_m = 0.5f;
+    assert_ok(vd_display_create(context, &display));
+    assert_ok(vd_display_draw(display, NULL, all, &quad, 1, &def));
+    def.test_depth = true;
+    assert_int_equal(vd_display_draw(display, NULL, all, &quad, 1, &def).code, VD_ERROR_ARGUMENT);
+    for (int k = 0; k < 2; k++) {
+        quad.nearer = k == 0 ? 0.0f : 1.25f;
+        fill(frame, 0);
+        for (size_t i = 0; i < frame->stride * 100; i++) {
+            frame->depth[i] = 0.5f / 14.0f; /* a wall 14 m away */
+        }
+        assert_ok(vd_display_draw(display, NULL, frame, &quad, 1, &def));
+        for (int x = 12; x < 188; x++) {
+            /* 1/w is straight between the corners at x = 10 and 190. */
+            const double inverse = 0.1 + (x + 0.5 - 10) / 180 * (0.05 - 0.1);
+            const bool seen = inverse * (k == 0 ? 1.0 : 1.25) >= 1 / 14.0;
+            const size_t at = 4 * (frame->stride * 50 + (size_t)x);
+            assert_memory_equal(frame->rgba + at, seen ? all->rgba + at : (uint8_t[4]){0}, 4);
+        }
+    }
+    quad.nearer = 0.5f;
+    assert_int_equal(vd_display_draw(display, NULL, frame, &quad, 1, &def).code, VD_ERROR_ARGUMENT);
+    vd_display_destroy(&display);
+    vd_frame_destroy(&frame);
+    vd_frame_destroy(&all);
+    vd_context_destroy(&context);
 }
 
 /* ---- scenes -----------------------------------------------------------------------------------*/
@@ -473,6 +525,7 @@ static void opaque_rectangles_are_opaque(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(levels_equal_the_reference),
+        cmocka_unit_test(nearer_depth_hides),
         cmocka_unit_test(scenes_are_the_same_everywhere),
         cmocka_unit_test(identity),
         cmocka_unit_test(shared_edges_have_no_crack),

@@ -49,11 +49,16 @@ typedef struct vd_quad {
                                   rounding: the picture's place is found from the other three */
     vd_quad_picture picture;
     uint8_t opacity; /* 255: as the picture is; 0: nothing is drawn */
+    float nearer; /* where depth is tested the quad counts as so many times nearer than it is: what
+                     it shows may stand before its plane. At least 1; 0: 1 */
 } vd_quad;
 
 typedef struct vd_display_def {
     float near_m;     /* what is nearer to the eye is cut off, metres; > 0, default 0.01 */
     bool draw_hidden; /* also draw what opaque pictures hide later: the same bytes, slower */
+    bool test_depth;  /* leave pixels alone where the frame's depth (near_m / w, as a perspective
+                         camera's) is nearer than the quad's; turns draw_hidden on, since what is
+                         hidden hides nothing */
 } vd_display_def;
 
 VD_API vd_display_def vd_display_def_default(void);

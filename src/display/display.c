@@ -168,6 +168,10 @@ vd_status vd_display_draw(vd_display *display, vd_job *job, vd_frame *frame, con
     const vd_display_def defaults = vd_display_def_default();
     def = def == NULL ? &defaults : def;
     vd_status status = check_quads(quads, count, def);
+    if (status.code == VD_OK && def->test_depth && frame->depth == NULL) {
+        status = vd_failure(VD_ERROR_ARGUMENT, "cannot test depth: the frame has none; create it "
+                                               "with VD_PLANE_DEPTH");
+    }
     if (status.code == VD_OK) {
         status = reserve(display, count);
     }
@@ -178,7 +182,11 @@ vd_status vd_display_draw(vd_display *display, vd_job *job, vd_frame *frame, con
         (vd_display_list){.window = {frame->rgba, frame->width, frame->height, frame->stride},
                           .kernels = vd_display_kernels_for(vd_context_isa(display->context)),
                           .setups = display->setups,
-                          .draw_hidden = def->draw_hidden};
+                          .draw_hidden = def->draw_hidden || def->test_depth};
+    if (def->test_depth) {
+        display->list.window.depth = frame->depth;
+        display->list.window.near_m = def->near_m;
+    }
     for (int i = 0; i < count; i++) {
         vd_display_setup *next = &display->setups[display->list.count];
         if (vd_display_prepare(&quads[i], def->near_m, frame->height, next)) {

@@ -18,6 +18,10 @@ typedef struct vd_display_line {
     float part_u, part_v;          /* 0 … 1: whole + part is the position at the base plus ½ */
     float step_u, step_v, bend;    /* n pixels on: + n·step / (1 + n·bend); never NaN */
     uint32_t opacity;              /* 1 … 255 */
+    /* A pixel keeps its bytes where depth[x] > depth_at + n·depth_step, n pixels on from the base.
+     * The row's depths, as readable as the row is; null: none is hidden. */
+    const float *depth;
+    float depth_at, depth_step;
 } vd_display_line;
 
 /* Beyond all pictures, in 1/256 texel; two of them fit an int32_t. */

@@ -57,6 +57,12 @@ static inline vd_wide_i32 pixels(const vd_display_line *line, int x, const uint8
         (vd_wide_i16)over(second, vd_channels_load(old + 2 * VD_WIDE_LANES), opacity));
 }
 
+/* Lanes that something nearer hides. */
+static inline vd_wide_i32 hidden(const vd_display_line *line, int x) {
+    const vd_wide_f32 n = vd_wide_to_f32(vd_wide_count_i32() + (x - line->base));
+    return vd_wide_load_f32(line->depth + x) > line->depth_at + n * line->depth_step;
+}
+
 static void blend(uint8_t *row, const vd_display_line *line, int begin, int end) {
     if (begin >= end) {
         return;
@@ -69,6 +75,11 @@ static void blend(uint8_t *row, const vd_display_line *line, int begin, int end)
             fresh = (vd_wide_i32)vd_wide_select_u32(
                 (lane >= begin) & (lane < end), (vd_wide_u32)fresh,
                 vd_wide_load_u32((const uint32_t *)(const void *)at));
+        }
+        if (line->depth != NULL) {
+            fresh = (vd_wide_i32)vd_wide_select_u32(
+                hidden(line, x), vd_wide_load_u32((const uint32_t *)(const void *)at),
+                (vd_wide_u32)fresh);
         }
         memcpy(at, &fresh, sizeof fresh);
     }

@@ -26,6 +26,9 @@ static uint32_t divide_255(uint32_t v) {
 static void blend(uint8_t *row, const vd_display_line *line, int begin, int end) {
     for (int x = begin; x < end; x++) {
         const float n = (float)(x - line->base);
+        if (line->depth != NULL && line->depth[x] > line->depth_at + n * line->depth_step) {
+            continue;
+        }
         const int32_t u =
             position(n, line->step_u, line->bend, line->whole_u, line->part_u, line->width);
         const int32_t v =

@@ -135,7 +135,8 @@ static float bounded(double v) {
     return (float)(v > -1e30 ? v : -1e30);
 }
 
-static vd_display_line make_line(const vd_display_segment *segment, int y) {
+static vd_display_line make_line(const vd_display_window *window, const vd_display_segment *segment,
+                                 int y) {
     const vd_display_setup *s = segment->setup;
     const vd_quad_picture *p = &s->quad->picture;
     const double px = segment->base + 0.5, py = y + 0.5;
@@ -152,6 +153,13 @@ static vd_display_line make_line(const vd_display_segment *segment, int y) {
         .bend = bounded(s->inverse_w[0] * w),
         .opacity = s->quad->opacity,
     };
+    if (window->depth != NULL) {
+        const float nearer = s->quad->nearer > 1.0f ? s->quad->nearer : 1.0f;
+        const double near = (double)window->near_m * (double)nearer;
+        line.depth = window->depth + window->stride * (size_t)y;
+        line.depth_at = bounded(near / w);
+        line.depth_step = bounded(near * s->inverse_w[0]);
+    }
     split(u, &line.whole_u, &line.part_u);
     split(v, &line.whole_v, &line.part_v);
     return line;
@@ -204,7 +212,7 @@ void vd_display_rows(const vd_display_list *list, int first, int end, vd_display
         uint8_t *row = list->window.rgba + 4 * list->window.stride * (size_t)y;
         for (int i = found - 1; i >= 0; i--) {
             const vd_display_segment *s = &scratch.segments[i];
-            const vd_display_line line = make_line(s, y);
+            const vd_display_line line = make_line(&list->window, s, y);
             list->kernels->blend(row, &line, s->begin, s->end);
         }
     }

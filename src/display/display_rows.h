@@ -34,7 +34,9 @@ typedef struct vd_display_segment {
 typedef struct vd_display_window {
     uint8_t *rgba; /* the whole frame's: aligned and as wide as the kernel's contract says */
     int width, height;
-    size_t stride; /* pixels */
+    size_t stride;      /* pixels */
+    const float *depth; /* of the frame, tested against; null: it is not */
+    float near_m;       /* depth is near_m / w */
 } vd_display_window;
 
 typedef struct vd_display_list {

@@ -32,6 +32,10 @@ bool vd_display_check(const vd_quad *quad, const char **field) {
             return false;
         }
     }
+    *field = "its nearer is neither 0 nor at least 1";
+    if (quad->nearer != 0.0f && !(quad->nearer >= 1.0f && finite(quad->nearer))) {
+        return false;
+    }
     *field = "its picture has no pixels";
     if (p->rgba == NULL) {
         return false;

@@ -26,6 +26,8 @@ static vd_status add_quad(vd_impostors *set, const vd_camera *camera,
                                 .height = picture->height,
                                 .stride = (size_t)picture->width},
                     .opacity = opacity};
+    const vd_impostor_plane *plane = &picture->plane;
+    quad.nearer = (float)(plane->distance_m / (plane->distance_m - plane->depth_m));
     for (int i = 0; i < 4; i++) {
         quad.picture.opaque[i] = picture->opaque[i];
     }
@@ -92,6 +94,7 @@ vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *cam
     if (status.code == VD_OK) {
         vd_display_def def = vd_display_def_default();
         def.near_m = (float)camera->near_m;
+        def.test_depth = true;
         status =
             vd_display_draw(set->display, job, frame, set->quads.data, (int)set->quads.count, &def);
     }
