@@ -301,6 +301,37 @@ static void an_object_alone_is_cut_out(void **state) {
     vd_context_destroy(&context);
 }
 
+/* Without a terrain things stand before the sky, the first of them too. */
+static void a_world_needs_no_terrain(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    const vd_vec3 points[2] = {{-50, 200, 5}, {50, 200, 5}};
+    const vd_line_def line = {
+        .points = points, .count = 2, .width_px = 6.0, .color = {255, 0, 0, 255}};
+    vd_world *world = NULL;
+    vd_object *object = NULL;
+    assert_ok(vd_world_create(context, NULL, &world));
+    assert_ok(vd_line_create(context, &line, &object));
+    assert_ok(vd_world_add(world, &object));
+    assert_ok(vd_world_arrange(world, NULL));
+    vd_camera camera = {.eye = {0, 0, 10}};
+    camera.orientation = vd_orientation_look_at(camera.eye, vd_vec3_make(0, 200, 5));
+    camera.lens = vd_lens_from_fov(0.6, WIDTH, HEIGHT);
+    camera.near_m = 0.1;
+    for (int samples = 1; samples <= 8; samples = samples == 1 ? 4 : 2 * samples) {
+        vd_world_stats stats;
+        vd_frame *frame = draw_world(context, world, &camera, samples, &stats);
+        const size_t middle = (size_t)(HEIGHT / 2) * frame->stride + WIDTH / 2;
+        assert_true(stats.drawn == 1);
+        assert_int_equal(frame->rgba[4 * middle], 255);
+        assert_int_equal(frame->rgba[4 * middle + 1], 0);
+        assert_true(frame->id[middle] != 0 && frame->id[0] == 0);
+        vd_frame_destroy(&frame);
+    }
+    vd_world_destroy(&world);
+    vd_context_destroy(&context);
+}
+
 /* ---- blocks -----------------------------------------------------------------------------------*/
 
 static void blocks_are_checked(void **state) {
@@ -358,6 +389,7 @@ int main(void) {
         cmocka_unit_test(things_and_ground_meet_sample_by_sample),
         cmocka_unit_test(what_is_hidden_is_not_seen),
         cmocka_unit_test(an_object_alone_is_cut_out),
+        cmocka_unit_test(a_world_needs_no_terrain),
         cmocka_unit_test(blocks_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -45,7 +45,9 @@ vd_status vd_world_renderer_create(vd_context *context, vd_job *job, const vd_wo
     renderer->has_labels = !renderer->def.hide_labels && any_label(world);
     vd_terrain_def terrain = world->def.terrain;
     terrain.samples = renderer->samples;
-    terrain.object_id = vd_object_child_id(0, 1);
+    /* Without a terrain the first number is another's, and the last one nobody's. */
+    terrain.object_id =
+        vd_object_child_id(0, world->no_terrain == NULL ? 1 : VD_OBJECT_MAX_CHILDREN);
     vd_status status = check_samples(renderer->samples);
     renderer->costs = vd_allocate_zero(context, world->node_count, sizeof *renderer->costs);
     if (status.code == VD_OK && renderer->costs == NULL) {
