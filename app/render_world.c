@@ -31,7 +31,7 @@ static vd_status describe(vd_render_run *run, const vd_world_scene *w, const vd_
 /* ---- what it will take ------------------------------------------------------------------------*/
 
 /* Draws a picture of a part of the sides; the seconds of the second of two, since the first takes
- * the memory. */
+ * the memory; where that took long it counts itself. */
 static vd_status time_small(vd_render_run *run, vd_world_renderer *renderer, vd_camera camera,
                             int part, double *seconds, double *pixels) {
     const vd_render_settings *s = run->settings;
@@ -42,7 +42,8 @@ static vd_status time_small(vd_render_run *run, vd_world_renderer *renderer, vd_
     camera.lens.fy /= part;
     camera.lens.cy /= part;
     vd_status status = vd_frame_create(run->context, width, height, 0, &frame);
-    for (int turn = 0; turn < 2 && status.code == VD_OK; turn++) {
+    *seconds = 0.0;
+    for (int turn = 0; turn < 2 && *seconds < 1.0 && status.code == VD_OK; turn++) {
         const double start = vd_seconds_now();
         status = vd_world_renderer_draw(renderer, run->job, &camera, frame, NULL);
         *seconds = vd_seconds_now() - start;
@@ -59,10 +60,10 @@ static vd_status estimate_objects(vd_render_run *run, vd_world_scene *w, const v
     const double start = vd_seconds_now();
     vd_status status = vd_world_scene_renderer(w, run->job, &renderer);
     const double prepare = vd_seconds_now() - start;
-    const vd_process_memory loaded = vd_process_memory_now();
     for (int i = 0; i < 2 && status.code == VD_OK; i++) {
         status = time_small(run, renderer, *camera, 4 >> i, &seconds[i], &pixels[i]);
     }
+    const vd_process_memory drawn = vd_process_memory_now(); /* what objects take is there now */
     vd_world_renderer_destroy(&renderer);
     if (status.code != VD_OK) {
         return status;
@@ -72,7 +73,7 @@ static vd_status estimate_objects(vd_render_run *run, vd_world_scene *w, const v
                              ? (seconds[1] - seconds[0]) / (pixels[1] - pixels[0])
                              : seconds[1] / pixels[1];
     run->draw_seconds = prepare + seconds[1] + slope * (all - pixels[1]);
-    vd_render_estimate_memory(run, &loaded, vd_render_frame_bytes(run->settings));
+    vd_render_estimate_memory(run, &drawn, vd_render_frame_bytes(run->settings));
     return status;
 }
 

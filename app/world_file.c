@@ -182,9 +182,9 @@ static vd_status no_camera(const vd_world_content *content, const json_t *camera
     nearest = vd_nearest_name(wanted, names, count);
     const char *remedy = nearest != NULL ? "did you mean " : count > 0 ? "it has " : "it has none";
     return vd_failure(by_flag ? VD_ERROR_ARGUMENT : VD_ERROR_FORMAT,
-                      "%s%.120s: there is no camera \"%.60s\"; %s%s%s", by_flag ? "--camera: " : "",
-                      content->name, wanted, remedy, nearest != NULL ? nearest : list,
-                      nearest != NULL ? "?" : "");
+                      "%s%.120s: %sthere is no camera \"%.60s\"; %s%s%s",
+                      by_flag ? "--camera: " : "", content->name, by_flag ? "" : "camera: ", wanted,
+                      remedy, nearest != NULL ? nearest : list, nearest != NULL ? "?" : "");
 }
 
 /* Sets the options of the camera that --camera or the file's "camera" names, and checks others. */
