@@ -248,7 +248,8 @@ void vd_cards_show_times(vd_cards *cards, const vd_card_times *t) {
 enum { MOST_LINES = 8, LINE_BYTES = 160 };
 
 /* Breaks a text at spaces into lines that are no wider. Returns how many. */
-static int wrap(const char *text, double size, double width, char lines[MOST_LINES][LINE_BYTES]) {
+static int wrap(vd_canvas *canvas, const char *text, double size, double width,
+                char lines[MOST_LINES][LINE_BYTES]) {
     int count = 0;
     while (*text != '\0' && count < MOST_LINES) {
         int taken = 0, good = 0;
@@ -256,7 +257,7 @@ static int wrap(const char *text, double size, double width, char lines[MOST_LIN
         while (text[taken] != '\0' && taken < LINE_BYTES - 1) {
             const int next = taken + 1 + (int)strcspn(text + taken + 1, " ");
             snprintf(line, LINE_BYTES, "%.*s", next < LINE_BYTES ? next : LINE_BYTES - 1, text);
-            if (good > 0 && vd_window_text_width(size, line) > width) {
+            if (good > 0 && vd_window_text_width(canvas, size, line) > width) {
                 break;
             }
             good = taken = next;
@@ -277,10 +278,10 @@ void vd_cards_show_message(vd_cards *cards, const char *sentence, double share, 
         return;
     }
     char lines[MOST_LINES][LINE_BYTES];
-    const int count = wrap(sentence, SIZE, WIDTH, lines);
+    const int count = wrap(cards->canvas, sentence, SIZE, WIDTH, lines);
     double width = share >= 0.0 ? 240 : 40;
     for (int i = 0; i < count; i++) {
-        width = fmax(width, vd_window_text_width(SIZE, lines[i]));
+        width = fmax(width, vd_window_text_width(cards->canvas, SIZE, lines[i]));
     }
     const double height = 26 + STEP * count + (share >= 0.0 ? 16 : 0);
     if (!begin(cards, VD_CARD_MESSAGE, width + 40, height)) {

@@ -64,8 +64,10 @@ static void toggle_card(vd_window *w, vd_card card) {
     if (vd_cards_shown(w->cards, card)) {
         vd_cards_hide(w->cards, card);
     } else if (card == VD_CARD_HELP) {
+        vd_cards_hide(w->cards, VD_CARD_PANEL); /* there is room for one of them */
         vd_cards_show_help(w->cards);
     } else if (card == VD_CARD_PANEL) {
+        vd_cards_hide(w->cards, VD_CARD_HELP);
         vd_cards_show_panel(w->cards, w->options, &w->worlds[w->world].defaults, w->sliding);
     } else {
         const vd_card_times none = {.frames = &w->frame_times,

@@ -1,12 +1,14 @@
-/* window_text.c: shapes for vd_coverage, and a stroke font.
+/* window_text.c: shapes for vd_coverage, letters of a font, and a stroke font.
  *
- * A letter is a text of points, two digits each (column 0 … 4, row 0 … 8 from the top; the baseline
- * is row 6); a space lifts the pen.
+ * Of the stroke font a letter is a text of points, two digits each (column 0 … 4, row 0 … 8 from
+ * the top; the baseline is row 6); a space lifts the pen.
  */
 #include "window_text.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+#include "text_module.h"
 
 /* ---- shapes -----------------------------------------------------------------------------------
  */
@@ -20,6 +22,10 @@ typedef struct shape {
 
 struct vd_canvas {
     vd_coverage *coverage;
+    vd_context *context;
+    vd_text_module module;
+    vd_font *font; /* null: strokes */
+    bool font_sought;
     double (*points)[2];
     uint8_t *verbs;
     shape *shapes;
@@ -35,12 +41,18 @@ vd_canvas *vd_canvas_create(vd_context *context) {
         free(canvas);
         return NULL;
     }
+    if (canvas != NULL) {
+        canvas->context = context;
+    }
     return canvas;
 }
 
 void vd_canvas_destroy(vd_canvas **canvas) {
     if (*canvas != NULL) {
         vd_coverage_destroy(&(*canvas)->coverage);
+        if ((*canvas)->font != NULL) {
+            (*canvas)->module.destroy(&(*canvas)->font);
+        }
         free((*canvas)->points);
         free((*canvas)->verbs);
         free((*canvas)->shapes);
@@ -71,16 +83,27 @@ static bool reserve(void **block, size_t count, size_t *room, size_t size) {
     return true;
 }
 
-static void add_point(vd_canvas *canvas, vd_path_verb verb, double x, double y) {
+static void add_corner(vd_canvas *canvas, double x, double y) {
     if (!reserve((void **)&canvas->points, canvas->point_count, &canvas->point_room,
-                 sizeof canvas->points[0]) ||
-        !reserve((void **)&canvas->verbs, canvas->verb_count, &canvas->verb_room, 1)) {
+                 sizeof canvas->points[0])) {
         canvas->out_of_memory = true;
         return;
     }
     canvas->points[canvas->point_count][0] = x;
     canvas->points[canvas->point_count++][1] = y;
+}
+
+static void add_verb(vd_canvas *canvas, vd_path_verb verb) {
+    if (!reserve((void **)&canvas->verbs, canvas->verb_count, &canvas->verb_room, 1)) {
+        canvas->out_of_memory = true;
+        return;
+    }
     canvas->verbs[canvas->verb_count++] = (uint8_t)verb;
+}
+
+static void add_point(vd_canvas *canvas, vd_path_verb verb, double x, double y) {
+    add_corner(canvas, x, y);
+    add_verb(canvas, verb);
 }
 
 static shape *begin(vd_canvas *canvas, vd_rgba8 color) {
@@ -91,12 +114,8 @@ static shape *begin(vd_canvas *canvas, vd_rgba8 color) {
         return &spare;
     }
     shape *made = &canvas->shapes[canvas->shape_count++];
-    const uint32_t alpha = color.a;
-    *made = (shape){.first_point = canvas->point_count,
-                    .first_verb = canvas->verb_count,
-                    .color = {(uint16_t)(color.r * 257u * alpha / 255u),
-                              (uint16_t)(color.g * 257u * alpha / 255u),
-                              (uint16_t)(color.b * 257u * alpha / 255u), (uint16_t)(alpha * 257u)}};
+    *made = (shape){.first_point = canvas->point_count, .first_verb = canvas->verb_count};
+    vd_layer_color(color, made->color);
     return made;
 }
 
@@ -165,6 +184,42 @@ vd_status vd_canvas_draw(vd_canvas *canvas, vd_frame *frame) {
         count++;
     }
     return vd_coverage_draw_frame(canvas->coverage, NULL, NULL, canvas->layers, count, frame);
+}
+
+/* ---- letters of a font ------------------------------------------------------------------------
+ */
+
+/* Capitals' height by the em, of the fonts that are found. */
+static const double capitals = 0.73;
+
+/* Outlines a text; false where there is no font, or not for this. */
+static bool outline(vd_canvas *canvas, double size, const char *text, vd_outline *out) {
+    if (!canvas->font_sought) {
+        canvas->font_sought = true;
+        if (vd_text_module_open("write on the window", &canvas->module).code == VD_OK &&
+            canvas->module.find(canvas->context, NULL, &canvas->font).code != VD_OK) {
+            canvas->font = NULL;
+        }
+    }
+    return canvas->font != NULL &&
+           canvas->module.outline(canvas->font, text, size / capitals, out).code == VD_OK;
+}
+
+/* Adds an outline as one filled shape. */
+static void add_outline(vd_canvas *canvas, double x, double y, vd_rgba8 color,
+                        const vd_outline *text) {
+    shape *made = begin(canvas, color);
+    const vd_path *path = &text->path;
+    size_t point = 0;
+    for (size_t i = 0; i < path->verb_count; i++) {
+        static const int points_of[] = {1, 1, 2, 3, 0};
+        const int count = points_of[path->verbs[i]];
+        for (int k = 0; k < count; k++, point++) {
+            add_corner(canvas, x + path->points[point][0], y + path->points[point][1]);
+        }
+        add_verb(canvas, (vd_path_verb)path->verbs[i]);
+    }
+    end(canvas, made);
 }
 
 /* ---- letters ----------------------------------------------------------------------------------
@@ -283,7 +338,7 @@ static double advance_of(double size, bool small) {
     return size * (small ? 0.8 : 1.0);
 }
 
-double vd_window_text_width(double size, const char *text) {
+static double stroked_width(double size, const char *text) {
     double width = 0.0;
     for (const char *at = text; *at != '\0';) {
         const int bytes = character_bytes(at);
@@ -295,9 +350,8 @@ double vd_window_text_width(double size, const char *text) {
     return width;
 }
 
-double vd_window_text(vd_canvas *canvas, double x, double y, double size, vd_rgba8 color,
-                      const char *text) {
-    const double start = x;
+static void add_strokes(vd_canvas *canvas, double x, double y, double size, vd_rgba8 color,
+                        const char *text) {
     shape *made = begin(canvas, color);
     made->stroked = true;
     made->width = size * 0.13 > 1.1 ? size * 0.13 : 1.1;
@@ -321,5 +375,28 @@ double vd_window_text(vd_canvas *canvas, double x, double y, double size, vd_rgb
         at += bytes;
     }
     end(canvas, made);
-    return x - start;
+}
+
+/* ---- text --------------------------------------------------------------------------------------
+ */
+
+double vd_window_text_width(vd_canvas *canvas, double size, const char *text) {
+    vd_outline line;
+    if (!outline(canvas, size, text, &line)) {
+        return stroked_width(size, text);
+    }
+    const double width = line.advance;
+    vd_outline_finish(&line);
+    return width;
+}
+
+void vd_window_text(vd_canvas *canvas, double x, double y, double size, vd_rgba8 color,
+                    const char *text) {
+    vd_outline line;
+    if (!outline(canvas, size, text, &line)) {
+        add_strokes(canvas, x, y, size, color, text);
+        return;
+    }
+    add_outline(canvas, x, y, color, &line);
+    vd_outline_finish(&line);
 }
