@@ -653,13 +653,13 @@ static vd_status furnish(vd_window *w) {
     return status;
 }
 
+/* Ends all but SDL, which ends with the program. It wakes the event thread by a message to the
+ * window over a second connection; one that is still under way when the window is destroyed is an
+ * error for which Xlib ends the program with status 1. */
 static void clear_up(vd_window *w) {
     vd_window_render_destroy(&w->render);
     vd_cards_destroy(&w->cards);
     vd_context_destroy(&w->context);
-    if (w->handle != NULL) {
-        w->sdl.DestroyWindow(w->handle);
-    }
     json_decref(w->recording.keyframes);
     free(w->compose);
     for (int i = 0; i < VD_WINDOW_WORLDS; i++) {
@@ -719,7 +719,6 @@ vd_status vd_window_run(const vd_window_def *def) {
     clear_up(w);
     if (opened) {
         signals_end(&caught);
-        w->sdl.Quit();
     }
     free(w);
     return status;

@@ -10,12 +10,10 @@
 /* Every function of SDL that the window uses. */
 #define VD_SDL_FUNCTIONS(X)                                                                        \
     X(Init)                                                                                        \
-    X(Quit)                                                                                        \
     X(GetCurrentVideoDriver)                                                                       \
     X(GetError)                                                                                    \
     X(SetHint)                                                                                     \
     X(CreateWindow)                                                                                \
-    X(DestroyWindow)                                                                               \
     X(SetWindowTitle)                                                                              \
     X(SetWindowFullscreen)                                                                         \
     X(SetWindowMinimumSize)                                                                        \
