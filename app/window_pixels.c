@@ -58,21 +58,25 @@ static inline int source_position(const steps *s, int at) {
 /* Stretches a part of an output row, whose source row is mixed from rows a and b first. */
 static void stretch_block(const conversion *c, const steps *across, const uint32_t *a,
                           const uint32_t *b, uint32_t weight, int x0, int x1, uint32_t *to) {
-    uint32_t row[BLOCK + 4];
-    int left = source_position(across, x0) >> 8;
-    int right = (source_position(across, x1 - 1) >> 8) + 2;
-    left = left < 0 ? 0 : left;
-    right = right < c->frame->width ? right : c->frame->width;
-    right = right < left + BLOCK + 4 ? right : left + BLOCK + 4; /* frames are no larger */
-    mix_rows(a + left, b + left, weight, right - left, row);
-    const int most = right - left - 1;
+    uint32_t row[BLOCK + 4]; /* enough, since frames are no larger than what is shown */
+    /* From the pixel left of the first centre to the one right of the last; the picture's outermost
+     * pixels are repeated. */
+    const int left = source_position(across, x0) >> 8;
+    const int count = (source_position(across, x1 - 1) >> 8) + 2 - left;
+    const int inner_left = left < 0 ? 0 : left, width = c->frame->width;
+    const int inner_right = left + count < width ? left + count : width;
+    mix_rows(a + inner_left, b + inner_left, weight, inner_right - inner_left,
+             row + (inner_left - left));
+    if (left < 0) {
+        row[0] = row[1];
+    }
+    if (inner_right < left + count) {
+        row[count - 1] = row[count - 2];
+    }
     for (int x = x0; x < x1; x++) {
         const int u = source_position(across, x);
-        int i = (u >> 8) - left;
-        int j = i + 1;
-        i = i < 0 ? 0 : i < most ? i : most;
-        j = j < 0 ? 0 : j < most ? j : most;
-        to[x] = swap_red_and_blue(mix(row[i], row[j], (uint32_t)(u & 255)));
+        const uint32_t *p = row + ((u >> 8) - left);
+        to[x] = swap_red_and_blue(mix(p[0], p[1], (uint32_t)(u & 255)));
     }
 }
 
@@ -107,6 +111,10 @@ static void convert_rows(void *user, int index, int worker) {
 vd_status vd_pixels_from_frame(vd_context *context, const vd_frame *frame, int width, int height,
                                uint32_t *out) {
     conversion c = {frame, width, height, out};
+    if (frame->width > width || frame->height > height) {
+        return vd_failure(VD_ERROR_ARGUMENT, "a frame of %d x %d is larger than %d x %d pixels",
+                          frame->width, frame->height, width, height);
+    }
     return vd_parallel_for(context, NULL, (height + ROWS_A_TASK - 1) / ROWS_A_TASK, convert_rows,
                            &c);
 }

@@ -5,8 +5,9 @@
 #include <veduta/frame.h>
 #include <veduta/job.h>
 
-/* Converts a frame to width × height pixels without gaps between rows; a frame of another size is
- * stretched, bilinear. What is transparent shows black. One parallel loop on the context. */
+/* Converts a frame to width × height pixels without gaps between rows; a smaller one is
+ * stretched, bilinear. What is transparent shows black. One parallel loop on the context. Returns
+ * VD_ERROR_ARGUMENT for a larger frame. */
 VD_MUST_USE vd_status vd_pixels_from_frame(vd_context *context, const vd_frame *frame, int width,
                                            int height, uint32_t *out);
 

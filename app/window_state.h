@@ -72,6 +72,10 @@ typedef struct vd_window {
 /* window_keys.c: takes an event. */
 void vd_window_handle(vd_window *window, const SDL_Event *event);
 
+/* window_show.c: says on the cards what there is to say, and shows what is new. */
+void vd_window_update_cards(vd_window *window, const vd_window_news *news);
+void vd_window_show(vd_window *window);
+
 /* window.c: what keys do to it. */
 
 /* Something changes now: a picture is wanted, and the finished one later. */

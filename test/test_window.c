@@ -343,6 +343,10 @@ static void pixels_are_stretched(void **unused) {
     check_stretched(context, &seed, 1, 1, 300, 9);
     check_stretched(context, &seed, 300, 2, 300, 3);
     check_stretched(context, &seed, 3, 40, 4, 41);
+    vd_frame *frame = random_frame(context, 5, 5, &seed);
+    uint32_t pixels[20];
+    assert_int_equal(vd_pixels_from_frame(context, frame, 4, 5, pixels).code, VD_ERROR_ARGUMENT);
+    vd_frame_destroy(&frame);
     vd_context_destroy(&context);
 }
 
