@@ -287,7 +287,7 @@ static void tick(vd_window *w) {
     }
 }
 
-/* Milliseconds until something is due; −1: only when something happens. */
+/* Seconds until something is due; −1: only when something happens. */
 static double wait_seconds(const vd_window *w, const vd_window_news *news) {
     const double now = vd_seconds_now();
     double until = INFINITY;

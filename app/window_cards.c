@@ -155,7 +155,7 @@ void vd_cards_show_help(vd_cards *cards) {
  */
 
 /* Of the panel, in the window's units. */
-static const double row_height = 24, panel_top = 14, panel_width = 520, slider_left = 170,
+static const double row_height = 24, panel_top = 14, panel_width = 470, slider_left = 170,
                     slider_width = 170, value_left = 356;
 
 void vd_cards_show_panel(vd_cards *cards, const vd_options *options,

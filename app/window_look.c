@@ -185,11 +185,8 @@ void vd_live_value(const vd_options *options, const vd_look_defaults *defaults, 
     if (vd_live_is_slider(live)) {
         const double value = vd_live_number(options, defaults, live);
         if (live == VD_LIVE_HAZE) {
-            snprintf(out, 64,
-                     value <= 0.0  ? "off"
-                     : value < 1e4 ? "%.4g m"
-                                   : "%.4g km",
-                     value < 1e4 ? value : 1e-3 * value);
+            const char *format = value < 1e4 ? "%.0f m" : value < 1e6 ? "%.1f km" : "%.0f km";
+            snprintf(out, 64, value <= 0.0 ? "off" : format, value < 1e4 ? value : 1e-3 * value);
             return;
         }
         /* The unit's first word: "degrees" of "degrees clockwise from north". */

@@ -13,7 +13,7 @@ bool vd_recording_begin(vd_recording *recording, double now_s) {
 
 void vd_recording_note(vd_recording *recording, double now_s, const vd_motion_state *state,
                        bool always) {
-    const double time = now_s - recording->start_s;
+    const double time = recording->last_s < 0.0 ? 0.0 : now_s - recording->start_s;
     if (recording->keyframes == NULL ||
         (recording->last_s >= 0.0 && !always && time < recording->last_s + 0.5)) {
         return;
