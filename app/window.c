@@ -128,16 +128,15 @@ static void ask(vd_window *w, bool moving) {
                                  .moving = moving,
                                  .threads = w->threads,
                                  .event_s = w->change_s};
-    if (world->input != NULL) {
-        request.settings.inputs = &world->input;
-        request.settings.input_count = 1;
-    }
+    snprintf(request.input, sizeof request.input, "%s", world->input != NULL ? world->input : "");
     snprintf(request.colormap, sizeof request.colormap, "%s", w->settings.colormap);
     if (world->entered) {
         char flags[1800];
         vd_window_flags(w, flags, sizeof flags);
-        char *inputs = vd_quote_command(flags, request.settings.input_count,
-                                        (char **)(uintptr_t)request.settings.inputs);
+        char *inputs = world->input != NULL
+                           ? vd_quote_command(flags, 1, (char **)(uintptr_t)&world->input)
+                           : vd_quote_command(flags, w->settings.input_count,
+                                              (char **)(uintptr_t)w->settings.inputs);
         snprintf(request.flags, sizeof request.flags, "%s", inputs != NULL ? inputs : flags);
         free(inputs);
     }
@@ -189,13 +188,9 @@ void vd_window_open(vd_window *w, const char *path) {
     if (copy == NULL) {
         return;
     }
-    /* The render thread may still read the name of the world that was here. */
-    if (world->dropped != NULL) {
-        vd_window_note(w, "there is no place for a tenth world; end this window and name others");
-        free(copy);
-        return;
-    }
-    *world = (vd_window_world){.input = copy, .dropped = copy};
+    const vd_look_defaults defaults = w->worlds[0].defaults;
+    free(world->dropped);
+    *world = (vd_window_world){.input = copy, .dropped = copy, .defaults = defaults};
     vd_window_render_forget(w->render, place);
     vd_window_enter(w, place);
 }
@@ -543,9 +538,10 @@ static void name_worlds(vd_window *w) {
 
 static void report(const vd_window *w) {
     if (w->def->frames > 0) {
-        fprintf(stderr, "veduta: %d pictures, p50 %.2f ms, p99 %.2f ms\n", w->pictures,
-                1e3 * vd_times_share(&w->frame_times, 0.5),
-                1e3 * vd_times_share(&w->frame_times, 0.99));
+        fprintf(stderr, "veduta: %d pictures, p50 %.2f ms, p99 %.2f ms, shown after %.2f ms\n",
+                w->pictures, 1e3 * vd_times_share(&w->frame_times, 0.5),
+                1e3 * vd_times_share(&w->frame_times, 0.99),
+                1e3 * vd_times_share(&w->latencies, 0.99));
     }
 }
 

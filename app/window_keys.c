@@ -143,8 +143,15 @@ static void next_method(vd_window *w) {
 
 static void toggle_full_screen(vd_window *w) {
     w->full_screen = !w->full_screen;
+    if (w->full_screen) {
+        w->sdl.GetWindowSize(w->handle, &w->small_width, &w->small_height);
+    }
     w->sdl.SetWindowFullscreen(w->handle,
                                w->full_screen ? (Uint32)SDL_WINDOW_FULLSCREEN_DESKTOP : 0u);
+    if (!w->full_screen && w->small_width > 0) {
+        /* Without a window manager nobody else does. */
+        w->sdl.SetWindowSize(w->handle, w->small_width, w->small_height);
+    }
 }
 
 static void toggle_sun(vd_window *w) {

@@ -62,6 +62,11 @@ struct vd_window_render {
 static void copy_request(vd_window_request *to, const vd_window_request *from) {
     *to = *from;
     to->settings.colormap = to->colormap;
+    if (to->input[0] != '\0') {
+        to->inputs = to->input;
+        to->settings.inputs = &to->inputs;
+        to->settings.input_count = 1;
+    }
 }
 
 void vd_window_render_ask(vd_window_render *render, const vd_window_request *request) {

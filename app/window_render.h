@@ -19,10 +19,12 @@
 enum { VD_WINDOW_WORLDS = 9, VD_WINDOW_TEXT = 400 };
 
 /* What the event thread wants to see. `settings` is self-contained but for what never changes while
- * the window is open: its inputs and imagery. */
+ * the window is open: the command line's inputs and imagery. */
 typedef struct vd_window_request {
     int world;
     vd_render_settings settings;
+    char input[4096];   /* the world's; empty: what settings name */
+    const char *inputs; /* a list of one, for the settings */
     char colormap[256]; /* what settings.colormap is set to */
     vd_camera_settings camera;
     int width, height; /* pixels */

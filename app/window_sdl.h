@@ -16,6 +16,7 @@
     X(CreateWindow)                                                                                \
     X(SetWindowTitle)                                                                              \
     X(SetWindowFullscreen)                                                                         \
+    X(SetWindowSize)                                                                               \
     X(SetWindowMinimumSize)                                                                        \
     X(GetWindowFlags)                                                                              \
     X(GetWindowSize)                                                                               \

@@ -132,6 +132,7 @@ void vd_window_show(vd_window *w) {
         w->latency_s = now - picture->event_s;
         if (!picture->exact && now - w->shown_s < 0.25) {
             vd_times_add(&w->frame_times, now - w->shown_s);
+            vd_times_add(&w->latencies, w->latency_s);
         }
         w->shown_s = now;
         if (w->def->frames > 0 && w->pictures >= w->def->frames) {

@@ -55,16 +55,17 @@ typedef struct vd_window {
     vd_recording recording;
 
     bool running, full_screen, hidden;
-    bool changed;    /* something to be drawn since the last request */
-    bool still_sent; /* the finished picture was asked for */
-    bool expose;     /* the surface must be filled again */
+    int small_width, small_height; /* of the window before it filled the screen, its units */
+    bool changed;                  /* something to be drawn since the last request */
+    bool still_sent;               /* the finished picture was asked for */
+    bool expose;                   /* the surface must be filled again */
     double change_s, tick_s, next_tick_s, period_s;
 
     char note[VD_WINDOW_TEXT]; /* a sentence shown for some seconds */
     double note_until_s;
     int shots_seen;
 
-    vd_times frame_times;
+    vd_times frame_times, latencies; /* of moving pictures */
     double shown_s, show_s, latency_s;
     int pictures;
 } vd_window;

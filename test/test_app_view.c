@@ -504,8 +504,12 @@ static void the_window_is_resized(void **unused) {
     compare_with_render(world, camera, "veduta-view-0001.png");
     key("F11");
     rest(0.3);
-    key("F11");
     camera_at_rest(camera);
+    assert_non_null(strstr(camera, "--size 1280x900"));
+    key("F11");
+    rest(0.3);
+    camera_at_rest(camera);
+    assert_non_null(strstr(camera, "--size 801x417"));
     close_viewer();
 }
 
@@ -523,6 +527,7 @@ static void paths_are_recorded(void **unused) {
     key("F9");
     wait_for_file("veduta-path-0001.json");
     close_viewer();
+    assert_int_equal(RUN(60, program, "fly", world, "veduta-path-0001.json", "--dry-run"), 0);
     char text[8192];
     read_back("veduta-path-0001.json", text, sizeof text);
     assert_non_null(strstr(text, "\"veduta_path\": 1"));
