@@ -85,6 +85,7 @@ typedef enum bench_parameter {
     BENCH_MAP,          /* side of the map under the published scene */
     BENCH_SHADOW_ROWS,  /* q: rows of a map 128 wide, 32 steps */
     BENCH_SHADOW_STEPS, /* d_c: steps on a map of 128² */
+    BENCH_QUAD_SIDE,    /* pixels along a quad */
     BENCH_SORT_LENGTH,  /* particles of a list that is sorted; many such lists */
     BENCH_SHADOW_SUN    /* altitude of the sun over a map of 1024², worst of 8 azimuths */
 } bench_parameter;
@@ -125,7 +126,7 @@ bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startu
     bench_memory, bench_bricks, bench_formula, bench_sharing, bench_counters, bench_raster,
     bench_raster_levels, bench_raster_triangles, bench_raster_bins, bench_raster_small,
     bench_raster_tiles, bench_raster_resolve, bench_splat, bench_splat_sort, bench_coverage,
-    bench_sweep_classic, bench_sweep_shadow, bench_world;
+    bench_sweep_classic, bench_sweep_shadow, bench_world, bench_quads, bench_quad_sides;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 

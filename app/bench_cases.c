@@ -78,6 +78,13 @@ static const bench_sweep sort_length = {BENCH_SORT_LENGTH,
                                         7,
                                         {64, 256, 1024, 4096, 16384, 262144, 4194304}};
 
+static const bench_sweep quad_side = {BENCH_QUAD_SIDE,
+                                      "Quads of 1 to 1000 pixels a side (Lawlor 2004, figure 2.1)",
+                                      "side, pixels",
+                                      false,
+                                      8,
+                                      {1, 3, 10, 30, 100, 200, 400, 1000}};
+
 /* A published model by every raster method at one size. */
 #define RASTER(model, size, help)                                                                  \
     { model "-" #size, help, bench_raster, .width = size, .rows = size }
@@ -169,6 +176,10 @@ const bench_case *bench_case_at(int index) {
          .width = 1024, .rows = 1024},
         {"coverage-strokes", "paths: 2,000 lines 2.5 pixels wide, round joins and caps",
          bench_coverage, .width = 1024, .rows = 1024},
+        {"quads", "20 layers of 600x600 pixels, 1280x720: plain, in perspective, half transparent",
+         bench_quads, .width = 1280, .rows = 720},
+        {"quad-sides", "time of a quad against its side, fitted to the published model",
+         bench_quad_sides, .width = 1280, .rows = 1200, .sweep = &quad_side},
         {"splat-draw", "50 M particles in bricks: blended, added up, nearest", bench_splat,
          .width = 1024, .rows = 1024},
         {"splat-sort", "4 M particles by lists: qsort, merge sort, radix sort", bench_splat_sort,
