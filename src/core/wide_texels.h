@@ -9,13 +9,11 @@
  * Two neighbouring 32-bit values a lane: the first half of the lanes' in out[0], the second half's
  * in out[1]. A pair takes one 64-bit load, where two gathers take two loads a lane. */
 
-/* base[i] and base[i + 1] of every lane. */
-static inline void vd_wide_load_pairs(const void *base, vd_wide_i32 i, vd_wide_i32 out[2]) {
+/* base[at[i]] and base[at[i] + 1] of every lane i. */
+static inline void vd_wide_load_pairs_at(const void *base, const int32_t at[VD_WIDE_LANES],
+                                         vd_wide_i32 out[2]) {
     const uint32_t *from = base;
-    int32_t at[VD_WIDE_LANES] __attribute__((aligned(sizeof(vd_wide_i32))));
-    memcpy(at, &i, sizeof at);
 #if defined(__SSE4_1__)
-    __asm__("" : "+m"(at));
     __m128i part[VD_WIDE_LANES / 2];
     for (int j = 0; j < VD_WIDE_LANES / 2; j++) {
         const __m128i first = _mm_loadl_epi64((const __m128i *)(const void *)(from + at[2 * j]));
@@ -50,6 +48,28 @@ static inline void vd_wide_load_pairs(const void *base, vd_wide_i32 i, vd_wide_i
         out[2 * lane / VD_WIDE_LANES][2 * lane % VD_WIDE_LANES + 1] = (int32_t)from[at[lane] + 1];
     }
 #endif
+}
+
+/* base[i] and base[i + 1] of every lane. */
+static inline void vd_wide_load_pairs(const void *base, vd_wide_i32 i, vd_wide_i32 out[2]) {
+    int32_t at[VD_WIDE_LANES] __attribute__((aligned(sizeof(vd_wide_i32))));
+    memcpy(at, &i, sizeof at);
+#if defined(__SSE4_1__)
+    __asm__("" : "+m"(at));
+#endif
+    vd_wide_load_pairs_at(base, at, out);
+}
+
+/* The same of two bases, as of two rows of texels. */
+static inline void vd_wide_load_pairs_twice(const void *base, const void *other, vd_wide_i32 i,
+                                            vd_wide_i32 out[2], vd_wide_i32 other_out[2]) {
+    int32_t at[VD_WIDE_LANES] __attribute__((aligned(sizeof(vd_wide_i32))));
+    memcpy(at, &i, sizeof at);
+#if defined(__SSE4_1__)
+    __asm__("" : "+m"(at));
+#endif
+    vd_wide_load_pairs_at(base, at, out);
+    vd_wide_load_pairs_at(other, at, other_out);
 }
 
 /* Takes pairs apart: the first values, and the second values. */
@@ -124,6 +144,8 @@ static inline vd_wide_i16 vd_wide_multiply_high(vd_wide_i16 a, vd_wide_i16 b) {
     return (vd_wide_i16)_mm256_mulhrs_epi16((__m256i)a, (__m256i)b);
 #elif defined(__SSE4_1__)
     return (vd_wide_i16)_mm_mulhrs_epi16((__m128i)a, (__m128i)b);
+#elif defined(__wasm_simd128__)
+    return (vd_wide_i16)wasm_i16x8_q15mulr_sat((v128_t)a, (v128_t)b);
 #else
     vd_wide_i16 product;
     for (int i = 0; i < VD_WIDE_LANES * 2; i++) {

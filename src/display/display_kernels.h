@@ -16,7 +16,8 @@ typedef struct vd_display_line {
     int32_t base;                  /* the pixel that the numbers below hold for */
     int32_t whole_u, whole_v;      /* |…| <= VD_DISPLAY_FAR */
     float part_u, part_v;          /* 0 … 1: whole + part is the position at the base plus ½ */
-    float step_u, step_v, bend;    /* n pixels on: + n·step / (1 + n·bend); never NaN */
+    float step_u, step_v, bend;    /* n pixels on: + n / (1 + n·bend)·step, which is within
+                                      ±VD_DISPLAY_FAR for every pixel that is drawn */
     uint32_t opacity;              /* 1 … 255 */
     /* A pixel keeps its bytes where depth[x] > depth_at + n·depth_step, n pixels on from the base.
      * The row's depths, as readable as the row is; null: none is hidden. */

@@ -4,11 +4,8 @@ static int32_t clamp(int32_t v, int32_t low, int32_t high) {
     return v < low ? low : v > high ? high : v;
 }
 
-/* The position n pixels from the base, clamped to the centres of the outermost texels. */
-static int32_t position(float n, float step, float bend, int32_t whole, float part, int32_t side) {
-    float way = n * step / (1.0f + n * bend) + part;
-    way = way < (float)VD_DISPLAY_FAR ? way : (float)VD_DISPLAY_FAR;
-    way = (float)-VD_DISPLAY_FAR < way ? way : (float)-VD_DISPLAY_FAR;
+/* The position on an axis, clamped to the centres of the outermost texels. */
+static int32_t position(float way, int32_t whole, int32_t side) {
     int32_t floor = (int32_t)way;
     floor -= (float)floor > way ? 1 : 0;
     return clamp(whole + floor, 0, (side - 1) * 256);
@@ -29,10 +26,9 @@ static void blend(uint8_t *row, const vd_display_line *line, int begin, int end)
         if (line->depth != NULL && line->depth[x] > line->depth_at + n * line->depth_step) {
             continue;
         }
-        const int32_t u =
-            position(n, line->step_u, line->bend, line->whole_u, line->part_u, line->width);
-        const int32_t v =
-            position(n, line->step_v, line->bend, line->whole_v, line->part_v, line->height);
+        const float bent = n / (1.0f + n * line->bend);
+        const int32_t u = position(bent * line->step_u + line->part_u, line->whole_u, line->width);
+        const int32_t v = position(bent * line->step_v + line->part_v, line->whole_v, line->height);
         /* The last texel's centre is all of the right one of the last pair. */
         const int32_t column = clamp(u >> 8, 0, line->width - 2);
         const int32_t line_at = clamp(v >> 8, 0, line->height - 2);

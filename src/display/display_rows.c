@@ -129,10 +129,12 @@ static void split(double position, int32_t *whole, float *part) {
     *part = (float)(v - *whole);
 }
 
-/* A float that is not NaN and whose product with any number of pixels is finite. */
-static float bounded(double v) {
-    v = v < 1e30 ? v : 1e30;
-    return (float)(v > -1e30 ? v : -1e30);
+/* A step a pixel that stays within VD_DISPLAY_FAR for `way`, the most that n / (1 + n·bend) comes
+ * to; 0 when that is not so, or not a number: only what has no area to speak of steps so far. */
+static float bounded(double step, double way) {
+    const double far = step * way;
+    const bool near = far > -VD_DISPLAY_FAR && far < VD_DISPLAY_FAR;
+    return near && step > -1e30 && step < 1e30 ? (float)step : 0.0f;
 }
 
 static vd_display_line make_line(const vd_display_window *window, const vd_display_segment *segment,
@@ -142,23 +144,26 @@ static vd_display_line make_line(const vd_display_window *window, const vd_displ
     const double px = segment->base + 0.5, py = y + 0.5;
     const double w = 1.0 / on_plane(s->inverse_w, px, py);
     const double u = on_plane(s->u, px, py) * w, v = on_plane(s->v, px, py) * w;
+    /* Both grow away from the base, so that 1 + n·bend >= 1 and the way grows with n. */
+    const double bend = s->inverse_w[0] * w;
+    const double n = segment->reach, way = n / (1.0 + n * bend);
     vd_display_line line = {
         .texels = p->rgba,
         .stride = (int32_t)p->stride,
         .width = p->width,
         .height = p->height,
         .base = segment->base,
-        .step_u = bounded(256.0 * ((s->u[0] - u * s->inverse_w[0]) * w)),
-        .step_v = bounded(256.0 * ((s->v[0] - v * s->inverse_w[0]) * w)),
-        .bend = bounded(s->inverse_w[0] * w),
+        .step_u = bounded(256.0 * ((s->u[0] - u * s->inverse_w[0]) * w), way),
+        .step_v = bounded(256.0 * ((s->v[0] - v * s->inverse_w[0]) * w), way),
+        .bend = n * bend >= 0.0 && n * bend < 1e30 ? (float)bend : 0.0f,
         .opacity = s->quad->opacity,
     };
     if (window->depth != NULL) {
         const float nearer = s->quad->nearer > 1.0f ? s->quad->nearer : 1.0f;
         const double near = (double)window->near_m * (double)nearer;
         line.depth = window->depth + window->stride * (size_t)y;
-        line.depth_at = bounded(near / w);
-        line.depth_step = bounded(near * s->inverse_w[0]);
+        line.depth_at = bounded(near / w, 1.0);
+        line.depth_step = bounded(near * s->inverse_w[0], 1.0);
     }
     split(u, &line.whole_u, &line.part_u);
     split(v, &line.whole_v, &line.part_v);
@@ -174,7 +179,7 @@ static int find_segments(const vd_display_list *list, int y, const vd_display_se
     size_t spare = 63;
     for (int i = count - 1; i >= 0; i--) {
         const vd_display_setup *s = active[i];
-        vd_display_segment whole = {s, 0, 0, list->window.width};
+        vd_display_segment whole = {s, 0, 0, 0, list->window.width};
         if (y < s->first_row || y >= s->end_row) {
             continue;
         }
@@ -183,7 +188,9 @@ static int find_segments(const vd_display_list *list, int y, const vd_display_se
             continue;
         }
         /* From where w is greatest: then 1 + n·bend never cancels. */
-        whole.base = s->inverse_w[0] < 0.0 ? whole.end - 1 : whole.begin;
+        const bool last = s->inverse_w[0] < 0.0;
+        whole.base = last ? whole.end - 1 : whole.begin;
+        whole.reach = last ? whole.begin - whole.base : whole.end - 1 - whole.base;
         const int added = add_seen(segments + found, spare, whole, &hidden);
         found += added;
         spare -= added > 1 ? (size_t)(added - 1) : 0;

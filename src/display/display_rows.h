@@ -25,10 +25,11 @@ typedef struct vd_display_setup {
     double u[3], v[3], inverse_w[3];
 } vd_display_setup;
 
-/* Part of a quad's row that is seen; its numbers hold for `base` whatever is seen of it. */
+/* Part of a quad's row that is seen; its numbers hold for `base` whatever is seen of it: the one
+ * end of the row, `reach` pixels from the other. */
 typedef struct vd_display_segment {
     const vd_display_setup *setup;
-    int base, begin, end;
+    int base, reach, begin, end;
 } vd_display_segment;
 
 typedef struct vd_display_window {

@@ -90,7 +90,18 @@ static inline vd_channels vd_channels_min(vd_channels a, vd_channels b) {
 /* round(v / 255) for v <= 65152. */
 static inline vd_channels vd_channels_divide_255(vd_channels v) {
     const vd_channels t = v + 128;
+#if defined(ON_X86)
+    const vd_channels scale = (vd_channels){0} + 257;
+    return ON_X86(mulhi_epu16, t, scale);
+#else
     return (t + (t >> 8)) >> 8;
+#endif
+}
+
+/* a + ((b − a)·share + 128 >> 8) for bytes a and b; `share` is −128 times 0 … 256: +128 times that
+ * would not fit. */
+static inline vd_channels vd_channels_mix(vd_channels a, vd_channels b, vd_channels share) {
+    return a + (vd_channels)vd_wide_multiply_high((vd_wide_i16)(a - b), (vd_wide_i16)share);
 }
 
 #undef ON_X86
