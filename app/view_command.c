@@ -60,20 +60,27 @@ static void print_help(const vd_option *table) {
             shown[count++] = table[i];
         }
     }
-    fputs("usage: veduta view [OPTIONS] WORLD…\n\n"
-          "Opens a window to fly through elevation data: what `veduta render` reads. H in the\n"
-          "window lists its keys.\n",
+    fputs("usage: veduta view [OPTIONS] HEIGHTS…|WORLD.json\n\n"
+          "Opens a window to fly through elevation data or a world: what `veduta render` reads. H\n"
+          "in the window lists its keys.\n",
           stdout);
     vd_options_print_help(shown, count, stdout);
     fputs("\nexamples\n"
           "  veduta view dem.tif\n"
+          "  veduta view world.json\n"
           "  veduta view before.tif after.tif --color landsat.tif\n"
           "  veduta view --join N45E006.hgt N45E007.hgt --sun 90,10\n",
           stdout);
 }
 
+/* A world file is one world, of however many elevation files. */
+static bool joins(const vd_options *options, const vd_world_content *content) {
+    return options->values[VIEW_JOIN].number != 0.0 || content->name != NULL;
+}
+
 /* What can be refused before a window is there. */
-static vd_status check(const vd_options *options, const vd_render_settings *settings) {
+static vd_status check(const vd_options *options, const vd_render_settings *settings,
+                       const vd_world_content *content) {
     for (int i = 0; i < OPTION_COUNT; i++) {
         if (!is_for_window(i) && i != OPTION_ALLOW_EMPTY && vd_options_given(options, i)) {
             return vd_failure(VD_ERROR_ARGUMENT,
@@ -82,8 +89,7 @@ static vd_status check(const vd_options *options, const vd_render_settings *sett
                               options->table[i].key);
         }
     }
-    const bool join = options->values[VIEW_JOIN].number != 0.0;
-    if (!join && settings->input_count > 9) {
+    if (!joins(options, content) && settings->input_count > 9) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "%d worlds are more than the keys 1 to 9 switch between; name fewer, or "
                           "add --join",
@@ -107,7 +113,8 @@ static vd_status check(const vd_options *options, const vd_render_settings *sett
     return vd_success();
 }
 
-static vd_status run(vd_options *options, const vd_render_settings *settings) {
+static vd_status run(vd_options *options, const vd_render_settings *settings,
+                     const vd_world_content *content) {
     vd_notes notes;
     vd_status status = vd_notes_init(&notes, settings->quiet);
     if (status.code != VD_OK) {
@@ -116,9 +123,13 @@ static vd_status run(vd_options *options, const vd_render_settings *settings) {
     if (options->note[0] != '\0') {
         vd_notes_log(&notes, VD_LOG_WARNING, options->note);
     }
+    for (size_t i = 0; i < content->warning_count; i++) {
+        vd_notes_log(&notes, VD_LOG_WARNING, content->warnings[i]);
+    }
     const vd_window_def def = {.options = options,
                                .settings = *settings,
-                               .join = options->values[VIEW_JOIN].number != 0.0,
+                               .content = content,
+                               .join = joins(options, content),
                                .full_screen = options->values[VIEW_FULL_SCREEN].number != 0.0,
                                .frames = (int)options->values[VIEW_FRAMES].number,
                                .notes = &notes};
@@ -131,25 +142,27 @@ int vd_command_view(int argc, char **argv) {
     vd_option table[VIEW_COUNT];
     vd_options options;
     vd_render_settings settings;
+    vd_world_content content = {.name = NULL};
     bool help = false;
     make_table(table);
     vd_status status = vd_options_init(&options, "view", table, VIEW_COUNT);
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
-    status = vd_render_read_options(argc, argv, &options, &settings, NULL, &help);
+    status = vd_render_read_options(argc, argv, &options, &settings, &content, &help);
     int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     if (status.code == VD_OK && !help) {
-        status = check(&options, &settings);
+        status = check(&options, &settings, &content);
         code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     }
     if (help) {
         print_help(table);
     } else if (status.code == VD_OK) {
-        status = run(&options, &settings);
+        status = run(&options, &settings, &content);
         code = 1;
     }
     code = status.code == VD_OK ? 0 : vd_report(&status, code);
+    vd_world_content_finish(&content);
     vd_options_finish(&options);
     return code;
 }

@@ -2,13 +2,14 @@
 #ifndef VEDUTA_APP_WINDOW_H
 #define VEDUTA_APP_WINDOW_H
 
-#include "render_settings.h"
 #include "run.h"
+#include "world_content.h"
 
 typedef struct vd_window_def {
-    vd_options *options;         /* of the table of `veduta render`; the window changes them */
-    vd_render_settings settings; /* as they were read */
-    bool join;                   /* all inputs are one world; else each is one */
+    vd_options *options;             /* of the table of `veduta render`; the window changes them */
+    vd_render_settings settings;     /* as they were read */
+    const vd_world_content *content; /* what a world file has beside them; null: none */
+    bool join;                       /* all inputs are one world; else each is one */
     bool full_screen;
     int frames; /* end after so many pictures; 0: when the window is closed */
     vd_notes *notes;

@@ -1,4 +1,4 @@
-/* window_scene.c: elevation data in the window, by one terrain renderer that is kept. */
+/* window_scene.c: a world in the window, by one renderer that is kept. */
 #include "window_scene.h"
 
 #include <math.h>
@@ -7,44 +7,47 @@
 #include <string.h>
 
 #include "render_terrain.h"
+#include "world_scene.h"
 
-typedef struct terrain {
+typedef struct world {
     vd_context *context;
-    vd_scene scene;
-    vd_terrain_renderer *renderer;
+    const vd_world_content *content;
+    vd_world_scene *scene;
+    vd_world_renderer *renderer;
     vd_render_settings looked; /* as last taken over */
     char colormap[256];        /* its name there */
     double auto_haze_m;
     int auto_curvature;
     int samples;
     _Atomic double exaggeration; /* `ground` is asked from another thread */
-} terrain;
+} world;
 
 static vd_status draw(void *user, vd_job *job, const vd_camera *camera, vd_window_quality quality,
                       vd_frame *frame) {
-    terrain *t = user;
+    world *w = user;
     vd_status status =
-        vd_terrain_renderer_set_samples(t->renderer, quality == VD_WINDOW_MOVING ? 1 : t->samples);
-    return status.code == VD_OK ? vd_terrain_renderer_draw(t->renderer, job, camera, frame, NULL)
+        vd_world_renderer_set_samples(w->renderer, quality == VD_WINDOW_MOVING ? 1 : w->samples);
+    return status.code == VD_OK ? vd_world_renderer_draw(w->renderer, job, camera, frame, NULL)
                                 : status;
 }
 
 static double ground(void *user, double x, double y) {
-    const terrain *t = user;
-    double height;
-    if (t->scene.function != NULL) {
+    const world *w = user;
+    const vd_scene *scene = &w->scene->scene; /* its heights stay when the world is made anew */
+    double height = -(double)INFINITY;
+    if (scene->function != NULL) {
         const float fx = (float)x, fy = (float)y;
         float value;
-        vd_function_evaluate(t->scene.function, 1, &fx, &fy, &value, NULL);
-        height = value;
-    } else {
-        height = vd_heightfield_height_at(t->scene.terrain, x, y);
+        vd_function_evaluate(scene->function, 1, &fx, &fy, &value, NULL);
+        height = (double)value;
+    } else if (scene->terrain != NULL) {
+        height = vd_heightfield_height_at(scene->terrain, x, y);
     }
-    return isfinite(height) ? height * t->exaggeration : (double)-INFINITY;
+    return isfinite(height) ? height * w->exaggeration : (double)-INFINITY;
 }
 
 /* Settings with what is automatic in them decided. */
-static vd_render_settings settle(const terrain *t, const vd_render_settings *settings) {
+static vd_render_settings settle(const world *t, const vd_render_settings *settings) {
     vd_render_settings s = *settings;
     if (s.haze == VD_HAZE_AUTO) {
         s.haze = t->auto_haze_m > 0.0 ? VD_HAZE_DISTANCE : VD_HAZE_OFF;
@@ -71,44 +74,62 @@ static bool same_light(const vd_render_settings *a, const vd_render_settings *b)
            a->haze == b->haze && a->haze_m == b->haze_m;
 }
 
-static vd_status look(void *user, vd_job *job, const vd_render_settings *settings) {
-    terrain *t = user;
-    const vd_render_settings s = settle(t, settings);
-    const bool surface = t->renderer != NULL && same_surface(&s, &t->looked);
-    vd_colormap colormap;
-    vd_status status = vd_success();
-    if (!surface || !same_light(&s, &t->looked)) {
-        status = vd_render_terrain_colormap(t->context, &s, &t->scene, &colormap);
+/* Takes over another surface: colours, filter, shadows, exaggeration, method. */
+static vd_status change_surface(world *w, vd_job *job, const vd_render_settings *s) {
+    vd_render_run run = {.settings = s, .content = w->content, .context = w->context, .job = job};
+    vd_world_scene *scene = w->scene;
+    const double before = scene->look.exaggeration;
+    vd_world_renderer *made = NULL;
+    vd_status status = vd_render_terrain_colormap(w->context, s, &scene->scene, &scene->colormap);
+    if (status.code != VD_OK) {
+        return status;
     }
-    if (status.code == VD_OK && !surface) {
-        const vd_terrain_def def = vd_render_terrain_def(&s, &t->scene, &colormap);
-        vd_terrain_renderer *made = NULL;
-        status = vd_terrain_renderer_create(t->context, job, &def, &made);
-        if (status.code == VD_OK) {
-            vd_terrain_renderer_destroy(&t->renderer);
-            t->renderer = made;
-        }
-    } else if (status.code == VD_OK && !same_light(&s, &t->looked)) {
-        const vd_terrain_def def = vd_render_terrain_def(&s, &t->scene, &colormap);
-        t->looked.sun_azimuth = NAN; /* a failure leaves colours unfinished: do them again */
-        status = vd_terrain_renderer_light(t->renderer, job, &def.light);
+    scene->look = vd_render_terrain_def(s, &scene->scene, &scene->colormap);
+    if (scene->look.exaggeration != before && w->renderer != NULL) {
+        vd_world_renderer_destroy(&w->renderer);
+        status = vd_world_scene_rebuild(scene, &run);
+    } else {
+        vd_world_scene_relook(scene);
+    }
+    if (status.code == VD_OK) {
+        status = vd_world_scene_renderer(scene, job, &made);
+    }
+    if (status.code == VD_OK) {
+        vd_world_renderer_destroy(&w->renderer);
+        w->renderer = made;
+    }
+    return status;
+}
+
+static vd_status look(void *user, vd_job *job, const vd_render_settings *settings) {
+    world *w = user;
+    const vd_render_settings s = settle(w, settings);
+    const bool surface = w->renderer != NULL && same_surface(&s, &w->looked);
+    vd_status status = vd_success();
+    if (!surface) {
+        status = change_surface(w, job, &s);
+    } else if (!same_light(&s, &w->looked)) {
+        vd_world_scene *scene = w->scene;
+        scene->look.light = vd_render_terrain_def(&s, &scene->scene, &scene->colormap).light;
+        w->looked.sun_azimuth = NAN; /* a failure leaves colours unfinished: do them again */
+        status = vd_world_renderer_light(w->renderer, job, &scene->look.light);
     }
     if (status.code != VD_OK) {
         return status;
     }
-    t->looked = s;
-    snprintf(t->colormap, sizeof t->colormap, "%s", s.colormap);
-    t->looked.colormap = t->colormap;
-    t->samples = s.samples;
-    t->exaggeration = s.exaggeration;
+    w->looked = s;
+    snprintf(w->colormap, sizeof w->colormap, "%s", s.colormap);
+    w->looked.colormap = w->colormap;
+    w->samples = s.samples;
+    w->exaggeration = s.exaggeration;
     return status;
 }
 
 static void destroy(void *user) {
-    terrain *t = user;
-    vd_terrain_renderer_destroy(&t->renderer);
-    vd_scene_finish(&t->scene);
-    free(t);
+    world *w = user;
+    vd_world_renderer_destroy(&w->renderer);
+    vd_world_scene_destroy(&w->scene);
+    free(w);
 }
 
 /* The first camera, spelled so that flying on from it changes what it should. */
@@ -136,55 +157,52 @@ static void start_from(const vd_view *view, double *size_m, vd_camera_settings *
 }
 
 /* Finds the first camera and what the automatic settings come to. */
-static vd_status settle_view(terrain *t, vd_job *job, const vd_render_settings *settings,
-                             vd_window_scene *out) {
-    vd_render_run run = {.settings = settings, .context = t->context, .job = job};
-    vd_colormap colormap;
+static vd_status settle_view(world *w, vd_render_run *run, vd_window_scene *out) {
     vd_view view;
-    vd_status status = vd_render_terrain_colormap(t->context, settings, &t->scene, &colormap);
+    const vd_status status = vd_world_scene_camera(w->scene, run, &view);
     if (status.code != VD_OK) {
         return status;
     }
-    vd_terrain_def def = vd_render_terrain_def(settings, &t->scene, &colormap);
-    status = vd_render_terrain_view(&run, &t->scene, &def, &view);
-    if (status.code != VD_OK) {
-        return status;
+    vd_vec3 low = {0, 0, 0}, high = {0, 0, 0};
+    if (w->scene->scene.terrain != NULL) {
+        vd_heightfield_bounds(w->scene->scene.terrain, &low, &high);
+    } else {
+        (void)vd_world_bounds(w->scene->world, &low, &high);
     }
-    vd_vec3 low, high;
-    vd_heightfield_bounds(t->scene.terrain, &low, &high);
     out->size_m = vd_vec3_length(vd_vec3_subtract(high, low));
     start_from(&view, &out->size_m, &out->start);
-    t->auto_haze_m = out->haze_m = def.light.haze_m;
-    t->auto_curvature = out->curvature = def.curvature;
+    w->auto_haze_m = out->haze_m = w->scene->look.light.haze_m;
+    w->auto_curvature = out->curvature = w->scene->look.curvature;
     return status;
 }
 
 vd_status vd_window_scene_open(vd_context *context, vd_job *job, const vd_render_settings *settings,
-                               vd_window_stage_function *stage, void *stage_user,
-                               vd_window_scene *out) {
-    terrain *t = calloc(1, sizeof *t);
-    if (t == NULL) {
+                               const vd_world_content *content, vd_window_stage_function *stage,
+                               void *stage_user, vd_window_scene *out) {
+    world *w = calloc(1, sizeof *w);
+    if (w == NULL) {
         return vd_failure(VD_ERROR_MEMORY, "out of memory while opening a world");
     }
-    t->context = context;
+    w->context = context;
+    w->content = content;
     vd_render_settings s = *settings;
     s.allow_empty = true; /* a camera that shows nothing can be flown on */
-    vd_render_run run = {.settings = &s, .context = context, .job = job};
+    vd_render_run run = {.settings = &s, .content = content, .context = context, .job = job};
     vd_window_scene made = {
-        .user = t, .draw = draw, .look = look, .ground = ground, .destroy = destroy};
+        .user = w, .draw = draw, .look = look, .ground = ground, .destroy = destroy};
     stage(stage_user, "reading");
-    vd_status status = vd_render_terrain_load(&run, &t->scene);
+    vd_status status = vd_world_scene_load(&run, &w->scene);
     if (status.code == VD_OK) {
         stage(stage_user, "looking around");
-        status = settle_view(t, job, &s, &made);
+        status = settle_view(w, &run, &made);
     }
     if (status.code == VD_OK) {
         vd_job_reset(job);
         stage(stage_user, "lighting");
-        status = look(t, job, &s);
+        status = look(w, job, &s);
     }
     if (status.code != VD_OK) {
-        destroy(t);
+        destroy(w);
         return status;
     }
     *out = made;

@@ -7,7 +7,7 @@
 #ifndef VEDUTA_APP_WINDOW_SCENE_H
 #define VEDUTA_APP_WINDOW_SCENE_H
 
-#include "render_settings.h"
+#include "world_content.h"
 
 typedef enum vd_window_quality {
     VD_WINDOW_MOVING = 0, /* one sample a pixel */
@@ -44,10 +44,12 @@ typedef struct vd_window_scene {
 typedef void vd_window_stage_function(void *user, const char *stage);
 
 /* Opens what the settings name (of which `colormap` need not outlive the call) and makes it ready
- * to be drawn; *out is ended by its destroy. `job` tells how far it is and may cancel it. Returns
+ * to be drawn; *out is ended by its destroy. `content` (null: nothing beside the terrain) must
+ * outlive it. `job` tells how far it is and may cancel it. Returns
  * the errors of loading and of vd_terrain_renderer_create. */
 VD_MUST_USE vd_status vd_window_scene_open(vd_context *context, vd_job *job,
                                            const vd_render_settings *settings,
+                                           const vd_world_content *content,
                                            vd_window_stage_function *stage, void *stage_user,
                                            vd_window_scene *out);
 

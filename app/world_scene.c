@@ -6,13 +6,10 @@
 #include "world_furniture.h"
 #include "world_place.h"
 
-static vd_status load(vd_world_scene *w, vd_render_run *run) {
-    vd_status status = vd_render_load_terrain(run, &w->scene, &w->colormap, &w->look);
-    if (status.code != VD_OK) {
-        return status;
-    }
+/* Makes the world of what is loaded. */
+static vd_status build(vd_world_scene *w, vd_render_run *run) {
     const vd_world_def def = {w->look};
-    status = vd_world_create(w->context, &def, &w->world);
+    vd_status status = vd_world_create(w->context, &def, &w->world);
     if (status.code == VD_OK) {
         status = vd_world_place(w, run);
     }
@@ -25,6 +22,17 @@ static vd_status load(vd_world_scene *w, vd_render_run *run) {
         status = vd_world_furnish(w, run);
     }
     return status;
+}
+
+static vd_status load(vd_world_scene *w, vd_render_run *run) {
+    const vd_status status = vd_render_load_terrain(run, &w->scene, &w->colormap, &w->look);
+    return status.code == VD_OK ? build(w, run) : status;
+}
+
+vd_status vd_world_scene_rebuild(vd_world_scene *scene, vd_render_run *run) {
+    vd_world_unfurnish(scene);
+    vd_world_destroy(&scene->world);
+    return build(scene, run);
 }
 
 vd_status vd_world_scene_load(vd_render_run *run, vd_world_scene **out) {

@@ -43,6 +43,11 @@ VD_MUST_USE vd_status vd_world_scene_camera(vd_world_scene *scene, vd_render_run
  * exaggeration stay. It shows in renderers that are created after that. */
 void vd_world_scene_relook(vd_world_scene *scene);
 
+/* Makes the world anew for a `look` of another exaggeration, or of another formula: all that stands
+ * on the ground is placed again. Renderers must have been destroyed. After a failure the scene may
+ * only be rebuilt or destroyed. */
+VD_MUST_USE vd_status vd_world_scene_rebuild(vd_world_scene *scene, vd_render_run *run);
+
 /* Height of the ground at a place as it is drawn, metres; −infinity where there is none. A
  * vd_ground_function: `scene` is a vd_world_scene. Safe while another thread draws. */
 double vd_world_scene_ground(void *scene, double x, double y);
