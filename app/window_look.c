@@ -185,8 +185,13 @@ void vd_live_value(const vd_options *options, const vd_look_defaults *defaults, 
     if (vd_live_is_slider(live)) {
         const double value = vd_live_number(options, defaults, live);
         if (live == VD_LIVE_HAZE) {
-            const char *format = value < 1e4 ? "%.0f m" : value < 1e6 ? "%.1f km" : "%.0f km";
-            snprintf(out, 64, value <= 0.0 ? "off" : format, value < 1e4 ? value : 1e-3 * value);
+            if (value <= 0.0) {
+                snprintf(out, 64, "off");
+            } else {
+                const bool near = value < 1e4;
+                snprintf(out, 64, near || value >= 1e6 ? "%.0f %s" : "%.1f %s",
+                         near ? value : 1e-3 * value, near ? "m" : "km");
+            }
             return;
         }
         /* The unit's first word: "degrees" of "degrees clockwise from north". */
