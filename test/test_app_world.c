@@ -110,10 +110,10 @@ static void test_examples(void **state) {
         const char *arguments, *hash;
         long drawn;
     } pictures[] = {
-        {WORLDS "/village.json -s 480x270", "440c957e7333cafc", 21},
-        {WORLDS "/village.json -s 480x270 --camera above", "d81a9ce7c5020a09", 21},
+        {WORLDS "/village.json -s 480x270", "e5fb9aa222e83445", 21},
+        {WORLDS "/village.json -s 480x270 --camera above", "042656d1dadaebee", 21},
         {WORLDS "/models.json", "976f378d11bcc739", 8},
-        {WORLDS "/dunes.json", "4b59b5698a23b5f3", 6},
+        {WORLDS "/dunes.json", "ac4fcf5abd4f1729", 6},
     };
     const bool reduced = getenv("VEDUTA_TEST_REDUCED") != NULL;
     for (size_t i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
