@@ -1,4 +1,5 @@
 /* world_save.c: --save-world. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,13 +9,35 @@
 /* The camera's name where the world has none. */
 static const char default_camera[] = "main";
 
-/* Adds the options of a section that were given; an object without any is null. */
+/* Texts that are lists of numbers, as a list; others, and what has units in it, as they are. */
+static json_t *value_of(const vd_options *options, int index, const char *file) {
+    double numbers[4];
+    const vd_option *option = &options->table[index];
+    const char *text = options->values[index].text;
+    const bool list = option->type == VD_OPTION_TEXT && index != OPTION_TITLE;
+    const int count = list ? vd_read_numbers(text, numbers, 4) : 0;
+    if (count < 2) {
+        return vd_option_json(options, index, file);
+    }
+    json_t *made = json_array();
+    for (int i = 0; i < count; i++) {
+        const bool whole = numbers[i] == floor(numbers[i]) && fabs(numbers[i]) < 1e15;
+        json_t *number = whole ? json_integer((json_int_t)numbers[i]) : json_real(numbers[i]);
+        if (json_array_append_new(made, number) != 0) {
+            json_decref(made);
+            return NULL;
+        }
+    }
+    return made;
+}
+
+/* Adds the options of a section that were given. */
 static json_t *section(const vd_options *options, const vd_world_option *pairs, json_t *to,
                        const char *file, bool *failed) {
     for (int i = 0; pairs[i].key != NULL; i++) {
         const int index = vd_options_find(options, pairs[i].option);
         if (index >= 0 && vd_options_given(options, index)) {
-            json_t *value = vd_option_json(options, index, file);
+            json_t *value = value_of(options, index, file);
             *failed |= json_object_set_new(to, pairs[i].key, value) != 0;
         }
     }

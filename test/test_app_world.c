@@ -191,12 +191,18 @@ static void test_save(void **state) {
         renders("", line, hash);
         renders_as("", "sub/s.json", hash);
     }
+    char saved[4096];
+    read_back("sub/s.json", saved, sizeof saved);
+    assert_non_null(strstr(saved, "\"background\": \"FFFFFF\""));
+    assert_non_null(strstr(saved, "\"camera\": \"main\""));
+    assert_int_equal(system(VEDUTA_SOURCE_DIR "/script/check-worlds sub/s.json >schema.txt"), 0);
     /* A world is saved with all that it has, its paths moved. */
     renders("",
             WORLDS "/village.json -s 240x135 --camera above --sun 90,20 --save-world sub/v.json",
             hash);
     renders_as("", "sub/v.json", hash);
     assert_int_equal(number_of("drawn"), 21);
+    assert_int_equal(system(VEDUTA_SOURCE_DIR "/script/check-worlds sub/v.json >schema.txt"), 0);
     char again[17];
     renders("", WORLDS "/village.json -s 240x135 --camera hill --sun 90,20", again);
     renders_as("", "sub/v.json --camera hill", again);
