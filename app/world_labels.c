@@ -132,7 +132,9 @@ static vd_status write_peaks(lettering *l, int count, vd_label_hidden hidden) {
     const vd_placer *p = l->placer;
     const vd_world_label look = {.hidden = hidden};
     if (p->scene->scene.terrain == NULL) {
-        return vd_failure(VD_ERROR_ARGUMENT, "--label-peaks: there is no terrain to find peaks in");
+        const vd_status none = vd_failure(VD_ERROR_FORMAT, "there is no terrain to find peaks in; "
+                                                           "leave them out, or give one");
+        return vd_place_failure(p, "the labels of peaks", &none);
     }
     vd_peak *peaks = malloc((size_t)count * sizeof *peaks);
     if (peaks == NULL) {
