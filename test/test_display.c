@@ -487,7 +487,7 @@ static void memory(void **state) {
     (void)state;
     static display_scene scene;
     display_scene_make(&scene, 1);
-    for (int fail_at = 0; fail_at < 8; fail_at++) {
+    for (int fail_at = 0; fail_at < 9; fail_at++) {
         test_allocator allocator = {0};
         vd_context *context = test_failing_context(&allocator);
         vd_frame *frame = make_frame(context, scene.width, scene.height);

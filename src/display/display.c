@@ -78,9 +78,10 @@ struct vd_display {
     vd_context *context;
     vd_display_list list; /* of the frame being drawn */
     vd_display_setup *setups;
-    int capacity;                    /* quads that fit */
-    const vd_display_setup **active; /* [worker][count] */
-    vd_display_segment *segments;    /* [worker][vd_display_segment_count] */
+    int capacity;                 /* quads that fit */
+    vd_display_entry *entries;    /* of those to be seen */
+    vd_display_entry *active;     /* [worker][capacity] */
+    vd_display_segment *segments; /* [worker][vd_display_segment_count] */
 };
 
 vd_status vd_display_create(vd_context *context, vd_display **out) {
@@ -95,10 +96,12 @@ vd_status vd_display_create(vd_context *context, vd_display **out) {
 
 static void release_lists(vd_display *display) {
     vd_release(display->context, display->segments);
-    vd_release(display->context, (void *)display->active);
+    vd_release(display->context, display->active);
+    vd_release(display->context, display->entries);
     vd_release(display->context, display->setups);
     display->segments = NULL;
     display->active = NULL;
+    display->entries = NULL;
     display->setups = NULL;
     display->capacity = 0;
 }
@@ -121,11 +124,13 @@ static vd_status reserve(vd_display *display, int count) {
     const int capacity = count + count / 4;
     release_lists(display);
     display->setups = vd_allocate(display->context, (size_t)capacity, sizeof *display->setups);
+    display->entries = vd_allocate(display->context, (size_t)capacity, sizeof *display->entries);
     display->active =
         vd_allocate(display->context, threads * (size_t)capacity, sizeof *display->active);
     display->segments = vd_allocate(display->context, threads * vd_display_segment_count(capacity),
                                     sizeof *display->segments);
-    if (display->setups == NULL || display->active == NULL || display->segments == NULL) {
+    if (display->setups == NULL || display->entries == NULL || display->active == NULL ||
+        display->segments == NULL) {
         release_lists(display);
         return vd_out_of_memory("quads", (size_t)capacity * sizeof *display->setups);
     }
@@ -181,15 +186,16 @@ vd_status vd_display_draw(vd_display *display, vd_job *job, vd_frame *frame, con
     display->list =
         (vd_display_list){.window = {frame->rgba, frame->width, frame->height, frame->stride},
                           .kernels = vd_display_kernels_for(vd_context_isa(display->context)),
-                          .setups = display->setups,
+                          .entries = display->entries,
                           .draw_hidden = def->draw_hidden || def->test_depth};
     if (def->test_depth) {
         display->list.window.depth = frame->depth;
         display->list.window.near_m = def->near_m;
     }
     for (int i = 0; i < count; i++) {
-        vd_display_setup *next = &display->setups[display->list.count];
-        if (vd_display_prepare(&quads[i], def->near_m, frame->height, next)) {
+        const int next = display->list.count;
+        if (vd_display_prepare(&quads[i], def->near_m, frame->height, &display->setups[next],
+                               &display->entries[next])) {
             display->list.count++;
         }
     }

@@ -41,8 +41,8 @@ static inline void share_out(vd_wide_i32 share, vd_wide_i32 out[2]) {
 
 /* The new colours of the vector of pixels at x. `flat`: bend is 0, and dividing by 1 changes
  * nothing. */
-static inline vd_wide_i32 pixels(const vd_display_line *line, int x, const uint8_t *old, bool flat,
-                                 bool full) {
+static inline __attribute__((always_inline)) vd_wide_i32
+pixels(const vd_display_line *line, int x, const uint8_t *old, bool flat, bool full) {
     const vd_wide_f32 n = vd_wide_to_f32(vd_wide_count_i32() + (x - line->base));
     const vd_wide_f32 bent = flat ? n : n / (1.0f + n * line->bend);
     const vd_wide_i32 u = position(bent * line->step_u + line->part_u, line->whole_u, line->width);

@@ -129,11 +129,12 @@ static void split(double position, int32_t *whole, float *part) {
     *part = (float)(v - *whole);
 }
 
-/* A step a pixel that stays within VD_DISPLAY_FAR for `way`, the most that n / (1 + n·bend) comes
- * to; 0 when that is not so, or not a number: only what has no area to speak of steps so far. */
-static float bounded(double step, double way) {
-    const double far = step * way;
-    const bool near = far > -VD_DISPLAY_FAR && far < VD_DISPLAY_FAR;
+/* A step a pixel that stays within VD_DISPLAY_FAR for n / (1 + n·bend) of them: `n` pixels, `grown`
+ * is 1 + n·bend; 0 when that is not so, or not a number: only what has no area to speak of steps so
+ * far. */
+static float bounded(double step, double n, double grown) {
+    const double far = step * n, most = VD_DISPLAY_FAR * grown;
+    const bool near = far > -most && far < most;
     return near && step > -1e30 && step < 1e30 ? (float)step : 0.0f;
 }
 
@@ -146,15 +147,15 @@ static vd_display_line make_line(const vd_display_window *window, const vd_displ
     const double u = on_plane(s->u, px, py) * w, v = on_plane(s->v, px, py) * w;
     /* Both grow away from the base, so that 1 + n·bend >= 1 and the way grows with n. */
     const double bend = s->inverse_w[0] * w;
-    const double n = segment->reach, way = n / (1.0 + n * bend);
+    const double n = segment->reach, grown = 1.0 + n * bend;
     vd_display_line line = {
         .texels = p->rgba,
         .stride = (int32_t)p->stride,
         .width = p->width,
         .height = p->height,
         .base = segment->base,
-        .step_u = bounded(256.0 * ((s->u[0] - u * s->inverse_w[0]) * w), way),
-        .step_v = bounded(256.0 * ((s->v[0] - v * s->inverse_w[0]) * w), way),
+        .step_u = bounded(256.0 * ((s->u[0] - u * s->inverse_w[0]) * w), n, grown),
+        .step_v = bounded(256.0 * ((s->v[0] - v * s->inverse_w[0]) * w), n, grown),
         .bend = n * bend >= 0.0 && n * bend < 1e30 ? (float)bend : 0.0f,
         .opacity = s->quad->opacity,
     };
@@ -162,8 +163,8 @@ static vd_display_line make_line(const vd_display_window *window, const vd_displ
         const float nearer = s->quad->nearer > 1.0f ? s->quad->nearer : 1.0f;
         const double near = (double)window->near_m * (double)nearer;
         line.depth = window->depth + window->stride * (size_t)y;
-        line.depth_at = bounded(near / w, 1.0);
-        line.depth_step = bounded(near * s->inverse_w[0], 1.0);
+        line.depth_at = bounded(near / w, 1.0, 1.0);
+        line.depth_step = bounded(near * s->inverse_w[0], 1.0, 1.0);
     }
     split(u, &line.whole_u, &line.part_u);
     split(v, &line.whole_v, &line.part_v);
@@ -171,16 +172,17 @@ static vd_display_line make_line(const vd_display_window *window, const vd_displ
 }
 
 /* Finds what is seen of row y, nearest first. Returns the number of segments. */
-static int find_segments(const vd_display_list *list, int y, const vd_display_setup *const *active,
+static int find_segments(const vd_display_list *list, int y, const vd_display_entry *active,
                          int count, vd_display_segment *segments) {
     hidden_row hidden;
     hidden.count = 0;
     int found = 0;
     size_t spare = 63;
     for (int i = count - 1; i >= 0; i--) {
-        const vd_display_setup *s = active[i];
+        const vd_display_entry *entry = &active[i];
+        const vd_display_setup *s = entry->setup;
         vd_display_segment whole = {s, 0, 0, 0, list->window.width};
-        if (y < s->first_row || y >= s->end_row) {
+        if (y < entry->first_row || y >= entry->end_row) {
             continue;
         }
         narrow(s->edges, s->edge_count, y, &whole.begin, &whole.end);
@@ -210,8 +212,8 @@ static int find_segments(const vd_display_list *list, int y, const vd_display_se
 void vd_display_rows(const vd_display_list *list, int first, int end, vd_display_scratch scratch) {
     int count = 0;
     for (int i = 0; i < list->count; i++) {
-        if (list->setups[i].first_row < end && list->setups[i].end_row > first) {
-            scratch.active[count++] = &list->setups[i];
+        if (list->entries[i].first_row < end && list->entries[i].end_row > first) {
+            scratch.active[count++] = list->entries[i];
         }
     }
     for (int y = first; y < end; y++) {

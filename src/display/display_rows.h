@@ -21,9 +21,15 @@ typedef struct vd_display_setup {
     vd_display_edge edges[VD_DISPLAY_EDGES];
     vd_display_edge opaque[VD_DISPLAY_OPAQUE_EDGES]; /* of what hides all that is behind */
     int edge_count, opaque_count;                    /* the latter 0: nothing is hidden */
-    int first_row, end_row;
     double u[3], v[3], inverse_w[3];
 } vd_display_setup;
+
+/* A quad that was made ready, and the rows that may have something of it: apart from the rest,
+ * since every band looks at all of them. */
+typedef struct vd_display_entry {
+    const vd_display_setup *setup;
+    int first_row, end_row;
+} vd_display_entry;
 
 /* Part of a quad's row that is seen; its numbers hold for `base` whatever is seen of it: the one
  * end of the row, `reach` pixels from the other. */
@@ -43,7 +49,7 @@ typedef struct vd_display_window {
 typedef struct vd_display_list {
     vd_display_window window;
     const vd_display_kernels *kernels;
-    const vd_display_setup *setups; /* farthest first */
+    const vd_display_entry *entries; /* farthest first */
     int count;
     bool draw_hidden;
 } vd_display_list;
@@ -51,7 +57,7 @@ typedef struct vd_display_list {
 /* What drawing `count` quads needs besides: `active` of that many entries, `segments` of
  * vd_display_segment_count(count). */
 typedef struct vd_display_scratch {
-    const vd_display_setup **active;
+    vd_display_entry *active;
     vd_display_segment *segments;
 } vd_display_scratch;
 
@@ -63,9 +69,10 @@ static inline size_t vd_display_segment_count(int count) {
  * Else *field is what is wrong. */
 bool vd_display_check(const vd_quad *quad, const char **field);
 
-/* Makes a checked quad ready for a frame of `height` rows. Returns false when nothing of it can be
- * seen. */
-bool vd_display_prepare(const vd_quad *quad, float near_m, int height, vd_display_setup *out);
+/* Makes a checked quad ready for a frame of `height` rows: *entry refers to *setup. Returns false
+ * when nothing of it can be seen. */
+bool vd_display_prepare(const vd_quad *quad, float near_m, int height, vd_display_setup *setup,
+                        vd_display_entry *entry);
 
 /* Draws the rows [first, end). */
 void vd_display_rows(const vd_display_list *list, int first, int end, vd_display_scratch scratch);

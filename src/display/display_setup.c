@@ -75,22 +75,24 @@ static void add_opaque_edges(vd_display_setup *s) {
     s->opaque_count = VD_DISPLAY_OPAQUE_EDGES;
 }
 
-/* The rows between the highest and the lowest corner, all of which lie before the eye. */
-static void find_rows(const vec3 p[4], int height, vd_display_setup *s) {
+/* The rows whose centres may lie between the highest and the lowest corner, all of which are before
+ * the eye. Edges decide: this only saves asking them, so it may be a little wide. */
+static void find_rows(const vec3 p[4], int height, vd_display_entry *entry) {
+    const double slack = 1.0 / 1024;
     double low = p[0].y / p[0].w, high = low;
     for (int i = 1; i < 4; i++) {
         const double y = p[i].y / p[i].w;
         low = y < low ? y : low;
         high = high < y ? y : high;
     }
-    /* A row more on either side: edges decide, this only saves asking them. */
-    low = low - 1.0 > 0.0 ? low - 1.0 : 0.0;
-    high = high + 1.0 < height ? high + 1.0 : height;
-    s->first_row = low < height ? (int)low : height;
-    s->end_row = high > 0.0 ? (int)high : 0;
+    low += 0.5 - slack;
+    high += 0.5 + slack;
+    entry->first_row = low > 0.0 ? low < height ? (int)low : height : 0;
+    entry->end_row = high > 0.0 ? high < height ? (int)high : height : 0;
 }
 
-bool vd_display_prepare(const vd_quad *quad, float near_m, int height, vd_display_setup *out) {
+bool vd_display_prepare(const vd_quad *quad, float near_m, int height, vd_display_setup *setup,
+                        vd_display_entry *entry) {
     vec3 p[4];
     int behind = 0;
     for (int i = 0; i < 4; i++) {
@@ -105,10 +107,9 @@ bool vd_display_prepare(const vd_quad *quad, float near_m, int height, vd_displa
     }
     const vec3 u = cross(down, p[0]), v = cross(p[0], along);
     const double wide = quad->picture.width / det, high = quad->picture.height / det;
-    *out = (vd_display_setup){
+    *entry = (vd_display_entry){setup, 0, height};
+    *setup = (vd_display_setup){
         .quad = quad,
-        .first_row = 0,
-        .end_row = height,
         .u = {u.x * wide, u.y * wide, u.w * wide},
         .v = {v.x * high, v.y * high, v.w * high},
         .inverse_w = {normal.x / det, normal.y / det, normal.w / det},
@@ -119,16 +120,17 @@ bool vd_display_prepare(const vd_quad *quad, float near_m, int height, vd_displa
         const double a = sign * e.x, b = sign * e.y, c = sign * e.w;
         /* Two corners in one place bound nothing. */
         if (a != 0.0 || b != 0.0 || c != 0.0) {
-            out->edges[out->edge_count++] = make_edge(a, b, c, a > 0.0 || (a == 0.0 && b > 0.0));
+            setup->edges[setup->edge_count++] =
+                make_edge(a, b, c, a > 0.0 || (a == 0.0 && b > 0.0));
         }
     }
     if (behind > 0) {
-        const double *q = out->inverse_w;
-        out->edges[out->edge_count++] = make_edge(-q[0], -q[1], 1.0 / near_m - q[2], true);
-        out->edges[out->edge_count++] = make_edge(q[0], q[1], q[2], false);
+        const double *q = setup->inverse_w;
+        setup->edges[setup->edge_count++] = make_edge(-q[0], -q[1], 1.0 / near_m - q[2], true);
+        setup->edges[setup->edge_count++] = make_edge(q[0], q[1], q[2], false);
     } else {
-        find_rows(p, height, out);
+        find_rows(p, height, entry);
     }
-    add_opaque_edges(out);
-    return out->first_row < out->end_row;
+    add_opaque_edges(setup);
+    return entry->first_row < entry->end_row;
 }

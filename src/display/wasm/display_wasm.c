@@ -85,15 +85,15 @@ int EXPORT(vd_wasm_draw)(uint8_t *rgba, int width, int height, size_t stride, co
     const size_t n = (size_t)count;
     vd_quad *quads = (vd_quad *)vd_wasm_take(n * sizeof *quads);
     vd_display_setup *setups = (vd_display_setup *)vd_wasm_take(n * sizeof *setups);
-    const vd_display_setup **active =
-        (const vd_display_setup **)vd_wasm_take(n * sizeof(const vd_display_setup *));
+    vd_display_entry *entries = (vd_display_entry *)vd_wasm_take(n * sizeof *entries);
+    vd_display_entry *active = (vd_display_entry *)vd_wasm_take(n * sizeof *active);
     vd_display_segment *segments =
         (vd_display_segment *)vd_wasm_take(vd_display_segment_count(count) * sizeof *segments);
     int unsound = -1;
-    if (quads != NULL && setups != NULL && active != NULL && segments != NULL) {
+    if (quads != NULL && setups != NULL && entries != NULL && active != NULL && segments != NULL) {
         vd_display_list list = {.window = {rgba, width, height, stride},
                                 .kernels = vd_display_kernels_for(VD_ISA_V2),
-                                .setups = setups,
+                                .entries = entries,
                                 .draw_hidden = draw_hidden != 0};
         unsound = 0;
         for (int i = 0; i < count; i++) {
@@ -101,7 +101,8 @@ int EXPORT(vd_wasm_draw)(uint8_t *rgba, int width, int height, size_t stride, co
             quads[i] = read_quad(words + (size_t)i * WORDS);
             if (!vd_display_check(&quads[i], &field)) {
                 unsound++;
-            } else if (vd_display_prepare(&quads[i], near_m, height, &setups[list.count])) {
+            } else if (vd_display_prepare(&quads[i], near_m, height, &setups[list.count],
+                                          &entries[list.count])) {
                 list.count++;
             }
         }
