@@ -336,13 +336,15 @@ static inline vd_wide_f32 vd_wide_to_f32(vd_wide_i32 v) {
     return __builtin_convertvector(v, vd_wide_f32);
 }
 
-/* 0, 1, 2 … */
+/* 0, 1, 2 … Not by a loop, which clang leaves one, through memory. */
 static inline vd_wide_i32 vd_wide_count_i32(void) {
-    vd_wide_i32 v;
-    for (int i = 0; i < VD_WIDE_LANES; i++) {
-        v[i] = i;
-    }
-    return v;
+#if VD_WIDE_LANES == 16
+    return (vd_wide_i32){0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+#elif VD_WIDE_LANES == 8
+    return (vd_wide_i32){0, 1, 2, 3, 4, 5, 6, 7};
+#else
+    return (vd_wide_i32){0, 1, 2, 3};
+#endif
 }
 
 static inline vd_wide_i32 vd_wide_load_i32(const int32_t *from) {
