@@ -65,7 +65,7 @@ uintptr_t EXPORT(vd_wasm_take)(size_t bytes) {
 }
 
 static vd_quad read_quad(const uint32_t words[WORDS]) {
-    vd_quad quad;
+    vd_quad quad = {.nearer = 0};
     memcpy(quad.corners, words, sizeof quad.corners);
     quad.picture.rgba = (const uint8_t *)(uintptr_t)words[12];
     quad.picture.width = (int)words[13];
@@ -91,10 +91,11 @@ int EXPORT(vd_wasm_draw)(uint8_t *rgba, int width, int height, size_t stride, co
         (vd_display_segment *)vd_wasm_take(vd_display_segment_count(count) * sizeof *segments);
     int unsound = -1;
     if (quads != NULL && setups != NULL && entries != NULL && active != NULL && segments != NULL) {
-        vd_display_list list = {.window = {rgba, width, height, stride},
-                                .kernels = vd_display_kernels_for(VD_ISA_V2),
-                                .entries = entries,
-                                .draw_hidden = draw_hidden != 0};
+        vd_display_list list = {
+            .window = {.rgba = rgba, .width = width, .height = height, .stride = stride},
+            .kernels = vd_display_kernels_for(VD_ISA_V2),
+            .entries = entries,
+            .draw_hidden = draw_hidden != 0};
         unsound = 0;
         for (int i = 0; i < count; i++) {
             const char *field;
