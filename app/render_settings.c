@@ -502,6 +502,27 @@ static vd_status read_classic(const vd_options *options, vd_render_settings *out
     return vd_success();
 }
 
+/* Whether the input is a model, which is drawn alone. */
+static vd_status read_model(vd_render_settings *out) {
+    out->is_model = !out->classic && out->function == NULL && out->input_count > 0;
+    for (int i = 0; i < out->input_count; i++) {
+        out->is_model = out->is_model && vd_is_model_name(out->inputs[i], NULL);
+        if (out->world && vd_is_model_name(out->inputs[i], NULL)) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "%.160s is a model, not heights; a world has it among its "
+                              "\"objects\"",
+                              out->inputs[i]);
+        }
+        if (out->input_count > 1 && vd_is_model_name(out->inputs[i], NULL)) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "%.160s is a model, which is drawn alone; name it without the other "
+                              "files",
+                              out->inputs[i]);
+        }
+    }
+    return vd_success();
+}
+
 /* What the picture is made from: files, or for the classic one --height. */
 static vd_status read_inputs(const vd_options *options, vd_render_settings *out) {
     const char *height = text_of(options, OPTION_HEIGHT);
@@ -545,21 +566,9 @@ static vd_status read_inputs(const vd_options *options, vd_render_settings *out)
     if (out->classic && out->input_count > 1) {
         return vd_failure(VD_ERROR_ARGUMENT, "--classic draws one map; name one height picture");
     }
-    out->is_model = !out->classic && out->function == NULL && out->input_count > 0;
-    for (int i = 0; i < out->input_count; i++) {
-        out->is_model = out->is_model && vd_is_model_name(out->inputs[i], NULL);
-        if (out->world && vd_is_model_name(out->inputs[i], NULL)) {
-            return vd_failure(VD_ERROR_ARGUMENT,
-                              "%.160s is a model, not heights; a world has it among its "
-                              "\"objects\"",
-                              out->inputs[i]);
-        }
-        if (out->input_count > 1 && vd_is_model_name(out->inputs[i], NULL)) {
-            return vd_failure(VD_ERROR_ARGUMENT,
-                              "%.160s is a model, which is drawn alone; name it without the other "
-                              "files",
-                              out->inputs[i]);
-        }
+    vd_status status = read_model(out);
+    if (status.code != VD_OK) {
+        return status;
     }
     const char *color = text_of(options, OPTION_COLOR), *file = text_of(options, OPTION_OPTIONS);
     int standard =
