@@ -4,6 +4,7 @@
  * hidden where something of the first is nearer than its plane.
  */
 #include <math.h>
+#include <string.h>
 #include "core/core.h"
 #include "impostor/impostor_set.h"
 
@@ -16,6 +17,67 @@ static void corners_of(const vd_impostor_picture *p, vd_vec3 out[4]) {
     out[1] = vd_impostor_plane_at(&p->plane, e[2] + x, e[1] - y);
     out[2] = vd_impostor_plane_at(&p->plane, e[2] + x, e[3] + y);
     out[3] = vd_impostor_plane_at(&p->plane, e[0] - x, e[3] + y);
+}
+
+/* How far a corner is inside one of the five planes: the near one and the frame's edges. */
+static double inside(int plane, const double at[3], const vd_frame *frame, double near_m) {
+    switch (plane) {
+    case 0:
+        return at[2] - near_m;
+    case 1:
+        return at[0];
+    case 2:
+        return frame->width * at[2] - at[0];
+    case 3:
+        return at[1];
+    default:
+        return frame->height * at[2] - at[1];
+    }
+}
+
+/* Pixels of a frame that a quad covers: its outline clipped (Sutherland & Hodgman 1974). */
+static double area_of(const vd_quad *quad, const vd_frame *frame, double near_m) {
+    double points[2][12][3];
+    int count = 4, from = 0;
+    for (int i = 0; i < 4; i++) {
+        points[0][i][0] = (double)quad->corners[i].x;
+        points[0][i][1] = (double)quad->corners[i].y;
+        points[0][i][2] = (double)quad->corners[i].w;
+    }
+    for (int plane = 0; plane < 5; plane++, from = 1 - from) {
+        int made = 0;
+        for (int i = 0; i < count; i++) {
+            const double *a = points[from][i], *b = points[from][i + 1 < count ? i + 1 : 0];
+            const double in_a = inside(plane, a, frame, near_m),
+                         in_b = inside(plane, b, frame, near_m);
+            if (in_a >= 0.0) {
+                memcpy(points[1 - from][made++], a, sizeof points[0][0]);
+            }
+            if ((in_a < 0.0) != (in_b < 0.0)) {
+                const double t = in_a / (in_a - in_b);
+                for (int k = 0; k < 3; k++) {
+                    points[1 - from][made][k] = a[k] + t * (b[k] - a[k]);
+                }
+                made++;
+            }
+        }
+        count = made;
+    }
+    double twice = 0.0;
+    for (int i = 0; i < count; i++) {
+        const double *a = points[from][i], *b = points[from][i + 1 < count ? i + 1 : 0];
+        twice += (a[0] * b[1] - b[0] * a[1]) / (a[2] * b[2]);
+    }
+    return 0.5 * fabs(twice);
+}
+
+static double overdraw_of(const vd_impostors *set, const vd_frame *frame, double near_m) {
+    const vd_quad *quads = set->quads.data;
+    double pixels = 0.0;
+    for (size_t i = 0; i < set->quads.count; i++) {
+        pixels += area_of(&quads[i], frame, near_m);
+    }
+    return pixels / ((double)frame->width * (double)frame->height);
 }
 
 static vd_status add_quad(vd_impostors *set, const vd_camera *camera,
@@ -97,6 +159,7 @@ vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *cam
         def.test_depth = true;
         status =
             vd_display_draw(set->display, job, frame, set->quads.data, (int)set->quads.count, &def);
+        set->stats.overdraw = overdraw_of(set, frame, camera->near_m);
     }
     set->stats.show_s = 1e-9 * (double)(vd_clock_ns() - things);
     if (status.code == VD_OK) {
