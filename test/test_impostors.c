@@ -12,14 +12,18 @@ typedef struct scene {
     double time_s;
 } scene;
 
-static void begin(scene *s, int balls, const vd_impostor_def *def) {
+static void begin_with(scene *s, int threads, int balls, const vd_impostor_def *def) {
     const vd_vec3 middle = {0, 0, 0};
-    s->context = test_context(2, VD_ISA_AUTO);
+    s->context = test_context(threads, VD_ISA_AUTO);
     s->map = hills(s->context, middle);
     s->world = make_world(s->context, s->map, middle, balls, 3);
     s->time_s = 0.0;
     assert_ok(vd_world_renderer_create(s->context, NULL, s->world, NULL, &s->renderer));
     assert_ok(vd_impostors_create(s->context, s->world, s->renderer, def, &s->set));
+}
+
+static void begin(scene *s, int balls, const vd_impostor_def *def) {
+    begin_with(s, 2, balls, def);
 }
 
 static void end(scene *s) {
@@ -202,13 +206,17 @@ static void bad_input_is_refused(void **state) {
     scene s;
     begin(&s, 3, NULL);
     const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
-    vd_impostor_def bad[] = {vd_impostor_def_default(), vd_impostor_def_default(),
-                             vd_impostor_def_default(), vd_impostor_def_default()};
+    vd_impostor_def bad[6];
+    for (int i = 0; i < 6; i++) {
+        bad[i] = vd_impostor_def_default();
+    }
     bad[0].budget_s = 0;
     bad[1].tolerance_px = NAN;
     bad[2].memory_bytes = 5;
     bad[3].samples = 3;
-    for (int i = 0; i < 4; i++) {
+    bad[4].link_bytes_per_s = -1;
+    bad[5].link_latency_s = INFINITY;
+    for (int i = 0; i < 6; i++) {
         vd_impostors *set = NULL;
         assert_int_equal(vd_impostors_create(s.context, s.world, s.renderer, &bad[i], &set).code,
                          VD_ERROR_ARGUMENT);
@@ -239,6 +247,138 @@ static void tolerance_zero_always_draws(void **state) {
     end(&s);
 }
 
+/* ---- the link ---------------------------------------------------------------------------------*/
+
+static vd_impostor_def linked(double bytes_per_s, double latency_s) {
+    vd_impostor_def def = patient();
+    def.link_bytes_per_s = bytes_per_s;
+    def.link_latency_s = latency_s;
+    return def;
+}
+
+/* Nothing comes before it can, nor more of it than the link carries; then it is all there. */
+static void a_link_takes_its_time(void **state) {
+    (void)state;
+    static const double rates[] = {3e4, 4e5, 1e7};
+    for (int i = 0; i < 6; i++) {
+        scene s;
+        const double rate = rates[i / 2], latency = i % 2 == 0 ? 0.0 : 0.25;
+        const vd_impostor_def def = linked(rate, latency);
+        begin(&s, 300, &def);
+        vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+        vd_impostor_stats stats = step(&s, &camera);
+        const double first_s = s.time_s;
+        assert_true(stats.shown == 0 && stats.direct > 10 && stats.uploads == 0);
+        assert_true(stats.drawn > 0 && stats.in_flight == stats.drawn);
+        uint64_t last = 0;
+        for (int k = 0; k < 4000 && (stats.in_flight > 0 || stats.drawn > 0); k++) {
+            camera.eye.x += k < 30 ? 0.5 : 0.0;
+            stats = step(&s, &camera);
+            check_once(&s, &camera);
+            const double passed = s.time_s - first_s - latency;
+            assert_true((double)stats.bytes_sent <= (passed > 0 ? rate * passed : 0.0) + 1e-6);
+            assert_true(stats.bytes_sent >= last);
+            assert_true(s.set->link_free_s - s.time_s <
+                        0.1 + 4.0 * 1e6 / rate); /* a picture more than the queue holds */
+            last = stats.bytes_sent;
+        }
+        assert_true(stats.in_flight == 0 && stats.drawn == 0 && stats.waiting == 0);
+        assert_true(stats.shown > 3 && stats.error_px <= def.tolerance_px);
+        assert_int_equal(s.set->sending_bytes, 0);
+        end(&s);
+    }
+}
+
+/* Ends while pictures are on their way, and keeps its memory while they are. */
+static void a_full_link_keeps_the_memory(void **state) {
+    (void)state;
+    scene s;
+    vd_impostor_def def = linked(1e8, 30.0);
+    def.memory_bytes = (size_t)1 << 20;
+    def.samples = 1;
+    def.most_px = 1500.0;
+    def.least_reuse = 0.0;
+    begin(&s, 300, &def);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    camera.lens.fx *= 3;
+    camera.lens.fy *= 3;
+    for (int i = 0; i < 60; i++) {
+        camera.orientation = vd_orientation_from_angles(0.3 * i, -0.25, 0.0);
+        const vd_impostor_stats stats = step(&s, &camera);
+        assert_true(stats.bytes <= def.memory_bytes);
+    }
+    assert_true(s.set->sending.count > 0);
+    end(&s);
+}
+
+static uint64_t hash_of_run(int threads, const vd_impostor_def *def) {
+    scene s;
+    begin_with(&s, threads, 200, def);
+    vd_frame *frame = NULL;
+    assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, VD_PLANE_DEPTH, &frame));
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    uint64_t hash = 1469598103934665603u;
+    for (int i = 0; i < 40; i++) {
+        camera.eye.x += 1.5;
+        camera.eye.z += 0.3;
+        vd_impostor_stats stats = step(&s, &camera);
+        assert_ok(vd_impostors_draw(s.set, NULL, &camera, frame, &stats));
+        assert_true(stats.overdraw >= 0.0 && stats.overdraw < 50.0);
+        assert_true((stats.overdraw > 0.0) == (stats.shown > 0));
+        for (int y = 0; y < HEIGHT; y++) {
+            const uint8_t *row = frame->rgba + 4 * (size_t)y * frame->stride;
+            for (int x = 0; x < 4 * WIDTH; x++) {
+                hash = (hash ^ row[x]) * 1099511628211u;
+            }
+        }
+        hash = (hash ^ stats.bytes_sent) * 1099511628211u;
+    }
+    vd_frame_destroy(&frame);
+    end(&s);
+    return hash;
+}
+
+/* Of a virtual clock and a budget of pixels, threads change nothing. */
+static void replays_are_the_same(void **state) {
+    (void)state;
+    vd_impostor_def def = linked(3e5, 0.05);
+    def.budget_pixels = 4000;
+    def.fade_s = 0.1;
+    const uint64_t once = hash_of_run(1, &def);
+    assert_true(hash_of_run(2, &def) == once);
+    assert_true(hash_of_run(7, &def) == once);
+    def.link_bytes_per_s = 3e4;
+    assert_true(hash_of_run(1, &def) != once);
+}
+
+static void without_reuse_all_is_drawn_anew(void **state) {
+    (void)state;
+    scene s;
+    vd_impostor_def def = patient();
+    def.no_reuse = true;
+    begin(&s, 300, &def);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    (void)step(&s, &camera);
+    for (int i = 0; i < 4; i++) {
+        const vd_impostor_stats stats = step(&s, &camera);
+        assert_true(stats.shown > 3 && stats.drawn >= stats.shown);
+    }
+    assert_int_equal(s.set->stats.uploads, s.set->stats.drawn * 5);
+    end(&s);
+}
+
+static void a_budget_of_pixels_is_kept(void **state) {
+    (void)state;
+    scene s;
+    vd_impostor_def def = patient();
+    def.budget_pixels = 1;
+    begin(&s, 300, &def);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    const vd_impostor_stats stats = step(&s, &camera);
+    assert_true(stats.drawn == 1 && stats.waiting > 2);
+    end(&s);
+}
+
 /* The measure: 0 for equal frames, and eq. 5.1 for others. */
 static void the_measure_is_the_published_one(void **state) {
     (void)state;
@@ -266,6 +406,11 @@ int main(void) {
         cmocka_unit_test(memory_is_kept),
         cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(tolerance_zero_always_draws),
+        cmocka_unit_test(a_link_takes_its_time),
+        cmocka_unit_test(a_full_link_keeps_the_memory),
+        cmocka_unit_test(replays_are_the_same),
+        cmocka_unit_test(without_reuse_all_is_drawn_anew),
+        cmocka_unit_test(a_budget_of_pixels_is_kept),
         cmocka_unit_test(the_measure_is_the_published_one),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -12,6 +12,12 @@
  * or covers too many pixels is split into its children, small ones that lie together are merged;
  * children replace a parent, and it them, all at once. What lasts for no time at all, being near,
  * is drawn itself, as is the ground.
+ *
+ * With a link, a picture is shown from the first update on whose `time_s` is not before its
+ * arrival: pictures go over it one after the other, first come, first served, so one of b bytes
+ * made at the time t arrives at max(t, link free) + b / link_bytes_per_s + link_latency_s. Until
+ * then what was shown goes on being shown. While more than 0.1 s of pictures wait none are made:
+ * they would be old when they come. What is drawn itself does not go over the link.
  */
 #ifndef VEDUTA_IMPOSTOR_H
 #define VEDUTA_IMPOSTOR_H
@@ -23,14 +29,19 @@ VD_BEGIN_DECLARATIONS
 typedef struct vd_impostor_def {
     double tolerance_px; /* screen error up to which a picture is shown; 0: drawn anew always */
     double budget_s; /* wall time of an update's drawing, above 0; one picture is always drawn */
-    size_t memory_bytes; /* of pictures; the least valuable go first */
-    double fade_s;       /* over which a new picture takes the place of an old one; 0: at once */
-    double rate_hz;      /* pictures a second that are shown: for how long a picture lasts */
-    double speed_mps;    /* that is reckoned with at least, also while the camera rests */
-    double least_reuse;  /* pictures: objects that would last shorter are split, or drawn
-                            themselves */
-    double most_px;      /* side: larger objects are split */
-    int samples;         /* a pixel, of the pictures: 1, 4, 8 */
+    size_t memory_bytes;  /* of pictures; the least valuable go first */
+    double fade_s;        /* over which a new picture takes the place of an old one; 0: at once */
+    double rate_hz;       /* pictures a second that are shown: for how long a picture lasts */
+    double speed_mps;     /* that is reckoned with at least, also while the camera rests */
+    double least_reuse;   /* pictures: objects that would last shorter are split, or drawn
+                             themselves */
+    double most_px;       /* side: larger objects are split */
+    int samples;          /* a pixel, of the pictures: 1, 4, 8 */
+    size_t budget_pixels; /* of pictures, an update: a budget that is the same on every machine;
+                             0: none. One picture is always drawn */
+    double link_bytes_per_s; /* a simulated link that pictures come over; 0: none */
+    double link_latency_s;   /* from the last byte sent to the picture's being there */
+    bool no_reuse;           /* every update wishes for every picture anew (table 5.4) */
 } vd_impostor_def;
 
 /* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 10 m/s, 4 pictures, 192 pixels, 4 samples. */
@@ -48,7 +59,10 @@ typedef struct vd_impostor_stats {
     size_t bytes;      /* that they take */
     uint64_t pixels_drawn, pixels_shown; /* all in all: their ratio is the reuse R */
     double overdraw;                     /* D: impostors' pixels a pixel of the last picture */
-    double error_px;                     /* the greatest screen error of what is shown */
+    uint64_t uploads, bytes_sent; /* pictures that have come, over the link where there is one, and
+                                     their bytes, width × height × 4: all in all */
+    uint64_t in_flight;           /* pictures on the link */
+    double error_px;              /* the greatest screen error of what is shown */
     double decide_s, draw_s, direct_s, show_s; /* wall seconds of the last update and picture */
 } vd_impostor_stats;
 

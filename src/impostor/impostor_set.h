@@ -24,12 +24,14 @@ typedef struct vd_impostor_picture {
     int width, height;
     int opaque[4];   /* see vd_quad_picture */
     double focal_px; /* of the camera that it was made for */
+    bool empty;      /* nothing is on it */
 } vd_impostor_picture;
 
 typedef struct vd_impostor_slot {
     uint32_t node;
-    bool split; /* its children were shown last */
-    bool empty; /* its picture shows nothing: nothing is shown */
+    bool split;  /* its children were shown last */
+    bool empty;  /* its picture shows nothing: nothing is shown */
+    bool coming; /* a picture of it is on the link */
     uint32_t failures;
     double retry_s;                  /* not drawn again before */
     double born_s;                   /* when the picture came */
@@ -37,6 +39,13 @@ typedef struct vd_impostor_slot {
     uint64_t asked;                  /* and of the last that wished for its picture */
     vd_impostor_picture now, before; /* `before` fades out */
 } vd_impostor_slot;
+
+/* A picture on the link. */
+typedef struct vd_impostor_sending {
+    vd_impostor_picture picture;
+    uint32_t slot;
+    double arrives_s;
+} vd_impostor_sending;
 
 /* What an update wants to draw. */
 typedef struct vd_impostor_wish {
@@ -58,7 +67,10 @@ struct vd_impostors {
     vd_list wishes;   /* vd_impostor_wish */
     vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
     size_t canvas_pixels;
-    size_t bytes; /* of pictures */
+    size_t bytes;         /* of pictures */
+    vd_list sending;      /* vd_impostor_sending, in the order of their arrival */
+    size_t sending_bytes; /* of these; part of `bytes` */
+    double link_free_s;   /* when the last of them has left */
     uint64_t update;
     double time_s; /* of the last update; before the first: none */
     bool moving;   /* there was one */
@@ -94,6 +106,17 @@ VD_MUST_USE vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_v
  * returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
 VD_MUST_USE vd_status vd_impostors_make(vd_impostors *set, vd_job *job,
                                         const vd_impostor_view *view, vd_impostor_slot *slot);
+
+/* Takes a picture over: shows it from now on (`set->time_s`), or sends it where there is a link.
+ * Returns VD_ERROR_MEMORY; the picture is then released. */
+VD_MUST_USE vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slot,
+                                        vd_impostor_picture *made);
+
+/* Hands over what has arrived by `set->time_s`. */
+void vd_impostors_receive(vd_impostors *set);
+
+/* Whether so much waits for the link that a picture made now would come too late. */
+bool vd_impostors_link_is_full(const vd_impostors *set);
 
 /* Gives up the least valuable pictures until all fit into the memory. */
 void vd_impostors_trim(vd_impostors *set);

@@ -33,6 +33,8 @@ static vd_status check(const vd_impostor_def *def) {
                   {"rate_hz", def->rate_hz, 0.0, true},
                   {"speed_mps", def->speed_mps, 0.0, true},
                   {"least_reuse", def->least_reuse, 0.0, false},
+                  {"link_bytes_per_s", def->link_bytes_per_s, 0.0, false},
+                  {"link_latency_s", def->link_latency_s, 0.0, false},
                   {"most_px", def->most_px, 8.0, false}};
     for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
         const double v = fields[i].value, least = fields[i].least;
@@ -97,7 +99,12 @@ void vd_impostors_destroy(vd_impostors **impostors) {
         vd_impostor_release(set, &vd_impostor_slot_at(set, i)->now);
         vd_impostor_release(set, &vd_impostor_slot_at(set, i)->before);
     }
+    vd_impostor_sending *sending = set->sending.data;
+    for (size_t i = 0; i < set->sending.count; i++) {
+        vd_impostor_release(set, &sending[i].picture);
+    }
     vd_frame_destroy(&set->canvas);
+    vd_release(set->context, set->sending.data);
     vd_release(set->context, set->slot_of);
     vd_release(set->context, set->slots.data);
     vd_release(set->context, set->shown.data);
@@ -150,19 +157,6 @@ static void fail(vd_impostors *set, vd_impostor_slot *slot) {
     slot->failures++;
     slot->retry_s = set->time_s + 0.5 * (double)(1u << doublings);
     set->stats.failed++;
-}
-
-static void replace(vd_impostors *set, vd_impostor_slot *slot, const vd_impostor_picture *made) {
-    vd_impostor_release(set, &slot->before);
-    if (set->def.fade_s > 0.0 && slot->now.rgba != NULL) {
-        slot->before = slot->now;
-        slot->now.rgba = NULL;
-    }
-    vd_impostor_release(set, &slot->now);
-    slot->now = *made;
-    slot->born_s = set->time_s;
-    slot->failures = 0;
-    set->bytes += (size_t)made->width * (size_t)made->height * 4;
 }
 
 /* Pixels of a side that is `metres` long on the plane; padded. */
@@ -224,11 +218,11 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     for (int i = 0; i < 4; i++) {
         made.opaque[i] = shown.opaque[i];
     }
-    slot->empty = !any;
-    replace(set, slot, &made);
+    made.empty = !any;
     set->stats.drawn++;
     set->stats.pixels_drawn += (uint64_t)made.width * (uint64_t)made.height;
-    return vd_success();
+    set->bytes += (size_t)made.width * (size_t)made.height * 4;
+    return vd_impostors_take(set, slot, &made);
 }
 
 /* ---- memory -----------------------------------------------------------------------------------*/
@@ -299,9 +293,13 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
     const vd_impostor_wish *wishes = set->wishes.data;
     vd_status status = vd_success();
     qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
+    const uint64_t before = set->stats.pixels_drawn;
     size_t i = 0;
     for (; i < set->wishes.count && status.code == VD_OK; i++) {
-        if (i > 0 && 1e-9 * (double)(vd_clock_ns() - start) > set->def.budget_s) {
+        const bool spent = 1e-9 * (double)(vd_clock_ns() - start) > set->def.budget_s ||
+                           (set->def.budget_pixels > 0 &&
+                            set->stats.pixels_drawn - before >= (uint64_t)set->def.budget_pixels);
+        if ((i > 0 && spent) || vd_impostors_link_is_full(set)) {
             break;
         }
         status = vd_impostors_make(set, job, view, vd_impostor_slot_at(set, wishes[i].slot));
@@ -332,6 +330,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     set->update++;
     set->stats.drawn = set->stats.waiting = 0;
     follow(set, camera, time_s);
+    vd_impostors_receive(set);
     const vd_impostor_view view = view_of(set, camera, width, height);
     status = vd_impostors_decide(set, &view);
     set->stats.decide_s = 1e-9 * (double)(vd_clock_ns() - start);
@@ -342,6 +341,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     set->stats.shown = set->shown.count;
     set->stats.direct = set->direct.count;
     set->stats.bytes = set->bytes;
+    set->stats.in_flight = set->sending.count;
     if (stats != NULL) {
         *stats = set->stats;
     }

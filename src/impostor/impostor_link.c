@@ -1,0 +1,71 @@
+/* impostor_link.c: pictures that come over a link, before they are shown.
+ *
+ * The link is simulated in the caller's clock: it sends one byte after the other at a fixed rate,
+ * and what it has sent arrives a fixed time later. Pictures arrive in the order in which they were
+ * made. What happens follows from the calls and their times alone, so that a run can be repeated.
+ */
+#include <string.h>
+#include "core/core.h"
+#include "impostor/impostor_set.h"
+
+/* Pictures that would have to wait longer are not made. */
+#define LONGEST_QUEUE_S 0.1
+
+static size_t bytes_of(const vd_impostor_picture *picture) {
+    return (size_t)picture->width * (size_t)picture->height * 4;
+}
+
+static void replace(vd_impostors *set, vd_impostor_slot *slot, const vd_impostor_picture *made) {
+    vd_impostor_release(set, &slot->before);
+    if (set->def.fade_s > 0.0 && slot->now.rgba != NULL) {
+        slot->before = slot->now;
+        slot->now.rgba = NULL;
+    }
+    vd_impostor_release(set, &slot->now);
+    slot->now = *made;
+    slot->empty = made->empty;
+    slot->born_s = set->time_s;
+    slot->failures = 0;
+    set->stats.uploads++;
+    set->stats.bytes_sent += bytes_of(made);
+}
+
+vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slot, vd_impostor_picture *made) {
+    if (set->def.link_bytes_per_s == 0.0) {
+        replace(set, slot, made);
+        return vd_success();
+    }
+    vd_impostor_sending *to = vd_list_add(set->context, &set->sending, 1, sizeof *to);
+    if (to == NULL) {
+        vd_impostor_release(set, made);
+        return vd_out_of_memory("an impostor on its way", sizeof *to);
+    }
+    const double from_s = set->link_free_s > set->time_s ? set->link_free_s : set->time_s;
+    set->link_free_s = from_s + (double)bytes_of(made) / set->def.link_bytes_per_s;
+    *to = (vd_impostor_sending){*made, set->slot_of[slot->node] - 1,
+                                set->link_free_s + set->def.link_latency_s};
+    slot->coming = true;
+    set->sending_bytes += bytes_of(made);
+    return vd_success();
+}
+
+void vd_impostors_receive(vd_impostors *set) {
+    vd_impostor_sending *sending = set->sending.data;
+    size_t arrived = 0;
+    for (; arrived < set->sending.count && sending[arrived].arrives_s <= set->time_s; arrived++) {
+        vd_impostor_slot *slot = vd_impostor_slot_at(set, sending[arrived].slot);
+        slot->coming = false;
+        set->sending_bytes -= bytes_of(&sending[arrived].picture);
+        replace(set, slot, &sending[arrived].picture);
+    }
+    if (arrived > 0) {
+        set->sending.count -= arrived;
+        memmove(sending, sending + arrived, set->sending.count * sizeof *sending);
+    }
+}
+
+bool vd_impostors_link_is_full(const vd_impostors *set) {
+    /* What is on its way takes memory that cannot be given up. */
+    return set->def.link_bytes_per_s > 0.0 && (set->link_free_s - set->time_s > LONGEST_QUEUE_S ||
+                                               set->sending_bytes > set->def.memory_bytes / 2);
+}
