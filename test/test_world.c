@@ -219,6 +219,77 @@ static void things_and_ground_meet_sample_by_sample(void **state) {
     vd_context_destroy(&context);
 }
 
+/* A picture that faces the viewer stands half behind ridges: by rays through pixel centres, where
+ * neither the picture's edge nor the ridge is near. */
+static void sprites_stand_behind_ridges(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    const vd_vec3 middle = {0, 0, 0};
+    vd_heightfield *map = hills(context, middle);
+    vd_camera camera = looking(middle); /* from a valley */
+    camera.eye.z = vd_heightfield_height_at(map, camera.eye.x, camera.eye.y) + 8;
+    camera.orientation = vd_orientation_from_angles(0.1, 0.02, 0.0);
+    vd_frame *ground = NULL, *frame = NULL;
+    vd_terrain_def terrain = vd_terrain_def_default();
+    terrain.heightfield = map;
+    terrain.samples = 1;
+    assert_ok(vd_frame_create(context, WIDTH, HEIGHT, VD_PLANE_DEPTH, &ground));
+    assert_ok(vd_frame_create(context, WIDTH, HEIGHT, VD_PLANE_DEPTH | VD_PLANE_ID, &frame));
+    assert_ok(vd_terrain_render(context, NULL, &terrain, &camera, ground, NULL));
+    uint64_t random = 4;
+    int seen = 0, hidden = 0;
+    for (int scene = 0; scene < 150; scene++) {
+        vd_world *world = make_world(context, map, middle, 0, 1);
+        const double x = 500 * test_uniform(&random) - 250, y = 450 * test_uniform(&random) - 350;
+        const vd_sprite_def def = {1, vd_vec3_make(x, y, vd_world_ground(world, x, y) - 2), 60, 80,
+                                   false};
+        vd_object *object = NULL;
+        assert_ok(vd_sprite_create(context, &def, &object));
+        const vd_vec3 foot = object->anchor;
+        assert_ok(vd_world_add(world, &object));
+        assert_ok(vd_world_arrange(world, NULL));
+        const uint64_t id = world->entries[world->entry_list.count - 1].object->id;
+        vd_world_renderer_def with = vd_world_renderer_def_default();
+        with.samples = 1;
+        vd_world_renderer *renderer = NULL;
+        assert_ok(vd_world_renderer_create(context, NULL, world, &with, &renderer));
+        assert_ok(vd_world_renderer_draw(renderer, NULL, &camera, frame, NULL));
+        const vd_vec3 away = vd_vec3_subtract(foot, camera.eye);
+        const vd_vec3 right = vd_vec3_normalize(
+            vd_vec3_cross(vd_vec3_make(away.x, away.y, 0), vd_vec3_make(0, 0, 1)));
+        const vd_vec3 normal = vd_vec3_cross(right, vd_vec3_make(0, 0, 1));
+        for (int py = 0; py < HEIGHT; py++) {
+            for (int px = 0; px < WIDTH; px++) {
+                const size_t at = (size_t)py * frame->stride + (size_t)px;
+                const vd_ray ray = vd_camera_ray(&camera, px + 0.5, py + 0.5);
+                const double t = vd_vec3_dot(away, normal) / vd_vec3_dot(ray.direction, normal);
+                const vd_vec3 p = vd_vec3_subtract(vd_vec3_scale(ray.direction, t), away);
+                const double u = vd_vec3_dot(p, right) / 60, v = p.z / 80 - 0.5;
+                const double far = vd_camera_distance(&camera, ground->depth[at]);
+                if (!(t > camera.near_m && t < 600) || u * u + v * v > 0.02 ||
+                    fabs(t - far) < 0.02 * t) {
+                    continue;
+                }
+                const uint64_t shown = frame->object_ids[frame->id[at]];
+                if (t < far) {
+                    seen++; /* another sprite and a line stand in the world, too */
+                    assert_true(shown == id || frame->depth[at] > ground->depth[at]);
+                } else {
+                    hidden++;
+                    assert_true(shown != id);
+                }
+            }
+        }
+        vd_world_renderer_destroy(&renderer);
+        vd_world_destroy(&world);
+    }
+    assert_true(seen > 300 && hidden > 300);
+    vd_frame_destroy(&ground);
+    vd_frame_destroy(&frame);
+    vd_heightfield_destroy(context, &map);
+    vd_context_destroy(&context);
+}
+
 /* What the horizon hides is not seen. */
 static void what_is_hidden_is_not_seen(void **state) {
     (void)state;
@@ -387,6 +458,7 @@ int main(void) {
         cmocka_unit_test(moving_the_world_changes_no_byte),
         cmocka_unit_test(threads_and_levels_change_no_byte),
         cmocka_unit_test(things_and_ground_meet_sample_by_sample),
+        cmocka_unit_test(sprites_stand_behind_ridges),
         cmocka_unit_test(what_is_hidden_is_not_seen),
         cmocka_unit_test(an_object_alone_is_cut_out),
         cmocka_unit_test(a_world_needs_no_terrain),
