@@ -184,7 +184,10 @@ vd_status vd_display_draw(vd_display *display, vd_job *job, vd_frame *frame, con
         return status;
     }
     display->list =
-        (vd_display_list){.window = {frame->rgba, frame->width, frame->height, frame->stride},
+        (vd_display_list){.window = {.rgba = frame->rgba,
+                                     .width = frame->width,
+                                     .height = frame->height,
+                                     .stride = frame->stride},
                           .kernels = vd_display_kernels_for(vd_context_isa(display->context)),
                           .entries = display->entries,
                           .draw_hidden = def->draw_hidden || def->test_depth};

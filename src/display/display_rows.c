@@ -1,7 +1,9 @@
-/* A row at a time: which pixels of which quads are seen, nearest first; then the blending, farthest
- * first. A row's colours stay in the first cache while all quads of the row go over them, and
- * neighbouring rows read the same texels. */
+/* A strip of rows at a time: which pixels of which quads are seen, nearest first; then the
+ * blending, farthest first. Quad by quad, so that its edges and texels are in the first cache for
+ * all of the strip's rows; the strip's colours stay in the second. */
 #include "display/display_rows.h"
+
+enum { STRIP_ROWS = 16 };
 
 /* What nearer quads hide of a row: intervals in order, apart from each other. When there are more,
  * some is drawn that could have been left out. */
@@ -138,11 +140,11 @@ static float bounded(double step, double n, double grown) {
     return near && step > -1e30 && step < 1e30 ? (float)step : 0.0f;
 }
 
-static vd_display_line make_line(const vd_display_window *window, const vd_display_segment *segment,
-                                 int y) {
+static vd_display_line make_line(const vd_display_window *window,
+                                 const vd_display_segment *segment) {
     const vd_display_setup *s = segment->setup;
     const vd_quad_picture *p = &s->quad->picture;
-    const double px = segment->base + 0.5, py = y + 0.5;
+    const double px = segment->base + 0.5, py = segment->y + 0.5;
     const double w = 1.0 / on_plane(s->inverse_w, px, py);
     const double u = on_plane(s->u, px, py) * w, v = on_plane(s->v, px, py) * w;
     /* Both grow away from the base, so that 1 + n·bend >= 1 and the way grows with n. */
@@ -162,7 +164,7 @@ static vd_display_line make_line(const vd_display_window *window, const vd_displ
     if (window->depth != NULL) {
         const float nearer = s->quad->nearer > 1.0f ? s->quad->nearer : 1.0f;
         const double near = (double)window->near_m * (double)nearer;
-        line.depth = window->depth + window->stride * (size_t)y;
+        line.depth = window->depth + window->stride * (size_t)segment->y;
         line.depth_at = bounded(near / w, 1.0, 1.0);
         line.depth_step = bounded(near * s->inverse_w[0], 1.0, 1.0);
     }
@@ -171,42 +173,57 @@ static vd_display_line make_line(const vd_display_window *window, const vd_displ
     return line;
 }
 
-/* Finds what is seen of row y, nearest first. Returns the number of segments. */
-static int find_segments(const vd_display_list *list, int y, const vd_display_entry *active,
-                         int count, vd_display_segment *segments) {
-    hidden_row hidden;
-    hidden.count = 0;
-    int found = 0;
-    size_t spare = 63;
-    for (int i = count - 1; i >= 0; i--) {
-        const vd_display_entry *entry = &active[i];
-        const vd_display_setup *s = entry->setup;
-        vd_display_segment whole = {s, 0, 0, 0, list->window.width};
-        if (y < entry->first_row || y >= entry->end_row) {
-            continue;
-        }
-        narrow(s->edges, s->edge_count, y, &whole.begin, &whole.end);
-        if (whole.begin >= whole.end) {
-            continue;
-        }
-        /* From where w is greatest: then 1 + n·bend never cancels. */
-        const bool last = s->inverse_w[0] < 0.0;
-        whole.base = last ? whole.end - 1 : whole.begin;
-        whole.reach = last ? whole.begin - whole.base : whole.end - 1 - whole.base;
-        const int added = add_seen(segments + found, spare, whole, &hidden);
-        found += added;
-        spare -= added > 1 ? (size_t)(added - 1) : 0;
-        if (added > 0 && s->opaque_count > 0 && !list->draw_hidden) {
-            narrow(s->opaque, s->opaque_count, y, &whole.begin, &whole.end);
-            if (whole.begin < whole.end) {
-                hide(&hidden, whole.begin, whole.end);
-            }
-        }
-        if (hidden.count == 1 && hidden.begin[0] == 0 && hidden.end[0] == list->window.width) {
-            break;
+/* Adds what is seen of an entry's row y. Returns the number of segments. */
+static int add_row(const vd_display_list *list, const vd_display_setup *s, int y, size_t spare,
+                   vd_display_segment *out, hidden_row *hidden) {
+    const int width = list->window.width;
+    vd_display_segment whole = {s, y, 0, 0, 0, width};
+    if (hidden->count == 1 && hidden->begin[0] == 0 && hidden->end[0] == width) {
+        return 0;
+    }
+    narrow(s->edges, s->edge_count, y, &whole.begin, &whole.end);
+    if (whole.begin >= whole.end) {
+        return 0;
+    }
+    /* From where w is greatest: then 1 + n·bend never cancels. */
+    const bool last = s->inverse_w[0] < 0.0;
+    whole.base = last ? whole.end - 1 : whole.begin;
+    whole.reach = last ? whole.begin - whole.base : whole.end - 1 - whole.base;
+    const int added = add_seen(out, spare, whole, hidden);
+    if (added > 0 && s->opaque_count > 0 && !list->draw_hidden) {
+        narrow(s->opaque, s->opaque_count, y, &whole.begin, &whole.end);
+        if (whole.begin < whole.end) {
+            hide(hidden, whole.begin, whole.end);
         }
     }
-    return found;
+    return added;
+}
+
+/* Draws the rows [first, end), at most STRIP_ROWS: `segments` has room for as many of every entry.
+ */
+static void draw_strip(const vd_display_list *list, int first, int end,
+                       const vd_display_entry *active, int count, vd_display_segment *segments) {
+    hidden_row hidden[STRIP_ROWS];
+    for (int y = first; y < end; y++) {
+        hidden[y - first].count = 0;
+    }
+    size_t found = 0, spare = VD_DISPLAY_SPLITS;
+    for (int i = count - 1; i >= 0; i--) {
+        const int from = active[i].first_row > first ? active[i].first_row : first;
+        const int to = active[i].end_row < end ? active[i].end_row : end;
+        for (int y = from; y < to; y++) {
+            const int added =
+                add_row(list, active[i].setup, y, spare, segments + found, &hidden[y - first]);
+            found += (size_t)added;
+            spare -= added > 1 ? (size_t)(added - 1) : 0;
+        }
+    }
+    while (found > 0) {
+        const vd_display_segment *s = &segments[--found];
+        const vd_display_line line = make_line(&list->window, s);
+        uint8_t *row = list->window.rgba + 4 * list->window.stride * (size_t)s->y;
+        list->kernels->blend(row, &line, s->begin, s->end);
+    }
 }
 
 void vd_display_rows(const vd_display_list *list, int first, int end, vd_display_scratch scratch) {
@@ -216,13 +233,14 @@ void vd_display_rows(const vd_display_list *list, int first, int end, vd_display
             scratch.active[count++] = list->entries[i];
         }
     }
-    for (int y = first; y < end; y++) {
-        const int found = find_segments(list, y, scratch.active, count, scratch.segments);
-        uint8_t *row = list->window.rgba + 4 * list->window.stride * (size_t)y;
-        for (int i = found - 1; i >= 0; i--) {
-            const vd_display_segment *s = &scratch.segments[i];
-            const vd_display_line line = make_line(&list->window, s, y);
-            list->kernels->blend(row, &line, s->begin, s->end);
-        }
+    if (count == 0) {
+        return;
+    }
+    const int room =
+        (int)((vd_display_segment_count(list->count) - VD_DISPLAY_SPLITS) / (size_t)count);
+    const int rows = room < STRIP_ROWS ? room : STRIP_ROWS;
+    for (int y = first; y < end; y += rows) {
+        draw_strip(list, y, y + rows < end ? y + rows : end, scratch.active, count,
+                   scratch.segments);
     }
 }

@@ -35,7 +35,7 @@ typedef struct vd_display_entry {
  * end of the row, `reach` pixels from the other. */
 typedef struct vd_display_segment {
     const vd_display_setup *setup;
-    int base, reach, begin, end;
+    int y, base, reach, begin, end;
 } vd_display_segment;
 
 typedef struct vd_display_window {
@@ -61,8 +61,12 @@ typedef struct vd_display_scratch {
     vd_display_segment *segments;
 } vd_display_scratch;
 
+/* How often a strip's rows may be split by what hides their middle; more is drawn in one. */
+#define VD_DISPLAY_SPLITS 256
+
+/* At least one row of all quads fits, several of those of a usual strip. */
 static inline size_t vd_display_segment_count(int count) {
-    return (size_t)count + 64;
+    return (size_t)count + 4096 + VD_DISPLAY_SPLITS;
 }
 
 /* Whether a quad's numbers may be used: corners finite, picture and opaque rectangle in range.

@@ -109,10 +109,9 @@ if (option === '--bench') {
         [picture, side, side, side, 0, 0, 0, 0, 255].forEach(
             (v, k) => words.setUint32(list + 4 * (WORDS * i + 12 + k), v, true));
     }
-    const bytes = new Uint8Array(wasm.memory.buffer);
-    bytes.fill(0, frame, frame + 4 * width * height);
-    words.setUint32(list + 4 * 20, 255, true);
+    new Uint8Array(wasm.memory.buffer).fill(0, frame, frame + 4 * width * height);
     wasm.vd_wasm_draw(frame, width, height, width, list, 1, 0.01, 0);
+    const bytes = new Uint8Array(wasm.memory.buffer); // anew: drawing may take memory
     let pixels = 0;
     for (let i = 0; i < width * height; i++) {
         pixels += bytes[frame + 4 * i + 3] > 0 ? 1 : 0;
