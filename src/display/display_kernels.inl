@@ -4,7 +4,9 @@
 #include "display/display_vectors.h"
 
 static inline vd_wide_i32 position(vd_wide_f32 way, int32_t whole, int32_t side) {
-    const vd_wide_i32 at = vd_wide_to_i32(vd_wide_floor_f32(way)) + whole;
+    /* Lanes that are not drawn may be any number: unsigned, so that these may wrap. */
+    const vd_wide_u32 floor = (vd_wide_u32)vd_wide_to_i32(vd_wide_floor_f32(way));
+    const vd_wide_i32 at = (vd_wide_i32)(floor + (uint32_t)whole);
     return vd_wide_max_i32(vd_wide_min_i32(at, vd_wide_splat_i32((side - 1) * 256)),
                            vd_wide_splat_i32(0));
 }
@@ -35,8 +37,8 @@ static inline vd_channels over(vd_channels texels, vd_channels old, uint16_t opa
 
 /* The shares of both halves' pixels as vd_channels_mix takes them. */
 static inline void share_out(vd_wide_i32 share, vd_wide_i32 out[2]) {
-    const vd_wide_i32 scaled = share * -128;
-    vd_wide_double((scaled & 0xFFFF) | (scaled << 16), out);
+    const vd_wide_u32 scaled = (vd_wide_u32)(share * -128);
+    vd_wide_double((vd_wide_i32)((scaled & 0xFFFF) | (scaled << 16)), out);
 }
 
 /* The new colours of the vector of pixels at x. `flat`: bend is 0, and dividing by 1 changes
