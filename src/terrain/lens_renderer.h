@@ -63,6 +63,10 @@ VD_MUST_USE vd_status vd_terrain_composite_among(vd_terrain_renderer *renderer, 
                                                  const vd_frame *ground, const uint8_t *mix,
                                                  vd_target *target, vd_frame_stats *stats);
 
+/* Merges the terrain's picture into a target of one sample a pixel and at most VD_TERRAIN_MIX_TILE
+ * pixels a side, where it is nearer than what is there. */
+void vd_terrain_merge_picture(const vd_frame *ground, uint32_t terrain_id, vd_target *target);
+
 /* Puts a pixel of the terrain's picture at a sample of a target. */
 static inline void vd_terrain_place(vd_target *to, size_t at, const uint8_t *rgba, float depth,
                                     uint32_t id) {

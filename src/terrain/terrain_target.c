@@ -209,6 +209,14 @@ static void mix_row(const mixing *m, uint8_t mix, int x0, int y, int count) {
     }
 }
 
+void vd_terrain_merge_picture(const vd_frame *ground, uint32_t terrain_id, vd_target *target) {
+    const mixing m = {.ground = ground, .to = target, .id = terrain_id};
+    for (int y = 0; y < target->height; y++) {
+        merge_ground(&m, (size_t)y * target->stride,
+                     (size_t)(target->y + y) * ground->stride + (size_t)target->x, target->width);
+    }
+}
+
 /* Finds the pixels of a tile that are mixed, and gives the others the ground's. */
 static void mix_tile(void *user, int index, int worker) {
     const mixing *m = user;

@@ -9,11 +9,13 @@
  * things throw on the ground, what is blended, and the mean of the samples.
  *
  * Taking every sample of the ground everywhere is four pictures of it in place of one and a part.
+ * With one sample a pixel the terrain's picture has them all: each tile is then finished by one
+ * worker, in a target that its first cache holds.
  */
+#include <string.h>
 #include "core/core.h"
 #include "image/blended.h"
 #include "image/image.h"
-#include <string.h>
 #include "raster/raster_run.h"
 #include "terrain/lens_renderer.h"
 #include "world/world_renderer.h"
@@ -50,18 +52,22 @@ static vd_target tile_of(const band *b, int index) {
     return tile;
 }
 
-static void draw_things(void *user, int index, int worker) {
+/* What the rasterizer shows in a tile, which is drawn. */
+static uint8_t draw_tile_things(const band *b, vd_target *tile, int worker) {
     static const uint16_t nothing[4] = {0, 0, 0, 0};
+    bool blends = false;
+    if (!vd_raster_window_any(b->renderer->raster, tile, &blends)) {
+        return VD_TERRAIN_MIX_NOTHING;
+    }
+    vd_target_clear(tile, nothing);
+    vd_raster_draw(b->renderer->raster, tile, worker);
+    return blends ? VD_TERRAIN_MIX_BLENDED : VD_TERRAIN_MIX_THINGS;
+}
+
+static void draw_things(void *user, int index, int worker) {
     const band *b = user;
     vd_target tile = tile_of(b, index);
-    bool blends = false;
-    if (!vd_raster_window_any(b->renderer->raster, &tile, &blends)) {
-        b->mix[index] = VD_TERRAIN_MIX_NOTHING;
-        return;
-    }
-    b->mix[index] = blends ? VD_TERRAIN_MIX_BLENDED : VD_TERRAIN_MIX_THINGS;
-    vd_target_clear(&tile, nothing);
-    vd_raster_draw(b->renderer->raster, &tile, worker);
+    b->mix[index] = draw_tile_things(b, &tile, worker);
 }
 
 /* Where nothing but the ground is seen. */
@@ -134,32 +140,88 @@ static void shade(const band *b, vd_target *tile) {
     }
 }
 
-static void finish_tile(void *user, int index, int worker) {
-    const band *b = user;
-    vd_target tile = tile_of(b, index);
-    if (b->mix[index] == VD_TERRAIN_MIX_NOTHING) {
-        (b->pass->ground ? copy_ground : clear_frame)(b, &tile);
+/* Shadows, what is blended, and the means of the samples into the frame. */
+static void finish(const band *b, vd_target *tile, uint8_t mix, int worker) {
+    if (mix == VD_TERRAIN_MIX_NOTHING) {
+        (b->pass->ground ? copy_ground : clear_frame)(b, tile);
         if (b->pass->ground && vd_world_sun_throws(b->renderer)) {
-            vd_world_shade_picture(&b->renderer->lighting, b->renderer->picture, b->frame, tile.x,
-                                   tile.y, tile.width, tile.height);
+            vd_world_shade_picture(&b->renderer->lighting, b->renderer->picture, b->frame, tile->x,
+                                   tile->y, tile->width, tile->height);
         }
         return;
     }
-    const bool blended = b->mix[index] == VD_TERRAIN_MIX_BLENDED;
-    if (!blended) {
-        settle(b, &tile, false);
-        shade(b, &tile);
+    if (mix == VD_TERRAIN_MIX_THINGS) {
+        settle(b, tile, false);
+        shade(b, tile);
     } else {
-        vd_target_begin_blended(&tile);
-        vd_raster_blend(b->renderer->raster, &tile, worker);
-        settle(b, &tile, true);
-        shade(b, &tile);
-        while (vd_target_blend(&tile)) {
-            vd_raster_blend(b->renderer->raster, &tile, worker);
+        vd_target_begin_blended(tile);
+        vd_raster_blend(b->renderer->raster, tile, worker);
+        settle(b, tile, true);
+        shade(b, tile);
+        while (vd_target_blend(tile)) {
+            vd_raster_blend(b->renderer->raster, tile, worker);
         }
     }
-    vd_target_resolve(&tile, b->frame);
+    vd_target_resolve(tile, b->frame);
 }
+
+static void finish_tile(void *user, int index, int worker) {
+    const band *b = user;
+    vd_target tile = tile_of(b, index);
+    finish(b, &tile, b->mix[index], worker);
+}
+
+/* ---- one sample a pixel -----------------------------------------------------------------------*/
+
+/* All of a tile, in the worker's own target. */
+static void draw_tile(void *user, int index, int worker) {
+    const band *b = user;
+    vd_target tile = *b->renderer->tiles[worker];
+    tile.x = index % b->tiles_x * TILE;
+    tile.y = index / b->tiles_x * TILE;
+    tile.width = b->frame->width - tile.x < TILE ? b->frame->width - tile.x : TILE;
+    tile.height = b->frame->height - tile.y < TILE ? b->frame->height - tile.y : TILE;
+    const uint8_t mix = draw_tile_things(b, &tile, worker);
+    if (mix != VD_TERRAIN_MIX_NOTHING && b->pass->ground) {
+        vd_terrain_merge_picture(b->renderer->picture, b->ground_id, &tile);
+    }
+    finish(b, &tile, mix, worker);
+}
+
+static vd_status reserve_tiles(vd_world_renderer *r, bool blends) {
+    const int threads = vd_context_threads(r->context);
+    vd_status status = vd_success();
+    if (r->tiles == NULL) {
+        r->tiles = vd_allocate_zero(r->context, (size_t)threads, sizeof(vd_target *));
+        if (r->tiles == NULL) {
+            return vd_out_of_memory("a picture's tiles", (size_t)threads * sizeof(vd_target *));
+        }
+    }
+    for (int i = 0; i < threads && status.code == VD_OK; i++) {
+        if (r->tiles[i] == NULL) {
+            status = vd_target_create(r->context, TILE, TILE, 1, &r->tiles[i]);
+        }
+        if (status.code == VD_OK && blends) {
+            status = vd_target_reserve_blended(r->tiles[i]);
+        }
+    }
+    return status;
+}
+
+static vd_status draw_tiles(band *b, vd_job *job, vd_world_stats *stats) {
+    vd_world_renderer *r = b->renderer;
+    const uint64_t start = vd_clock_ns();
+    b->tiles_x = (b->frame->width + TILE - 1) / TILE;
+    vd_status status = reserve_tiles(r, b->blends);
+    if (status.code == VD_OK) {
+        status = vd_parallel_for(r->context, job,
+                                 b->tiles_x * ((b->frame->height + TILE - 1) / TILE), draw_tile, b);
+    }
+    stats->objects_s += 1e-9 * (double)(vd_clock_ns() - start);
+    return status;
+}
+
+/* ---- more -------------------------------------------------------------------------------------*/
 
 /* A target of the picture's width and as many rows as fit. */
 static vd_status reserve_band(vd_world_renderer *renderer, const vd_frame *frame, bool blends) {
@@ -255,11 +317,14 @@ vd_status vd_world_composite(vd_world_renderer *renderer, vd_job *job, const vd_
         status = vd_raster_prepare(renderer->raster, job, &def, pass->camera, pass->draws->data,
                                    (int)pass->draws->count, frame);
     }
+    pass->stats->ground_s += 1e-9 * (double)(ground - start);
+    pass->stats->prepare_s += 1e-9 * (double)(vd_clock_ns() - ground);
+    if (status.code == VD_OK && renderer->samples == 1) {
+        return draw_tiles(&b, job, pass->stats);
+    }
     if (status.code == VD_OK) {
         status = reserve_band(renderer, frame, b.blends);
     }
-    pass->stats->ground_s += 1e-9 * (double)(ground - start);
-    pass->stats->prepare_s += 1e-9 * (double)(vd_clock_ns() - ground);
     b.target = renderer->target;
     b.mix = renderer->mix.memory;
     for (int y = 0; y < frame->height && status.code == VD_OK; y += renderer->band_rows) {

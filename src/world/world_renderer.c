@@ -99,6 +99,10 @@ void vd_world_renderer_destroy(vd_world_renderer **renderer_pointer) {
     for (size_t i = 0; i < sizeof buffers / sizeof buffers[0]; i++) {
         vd_release(renderer->context, buffers[i]->memory);
     }
+    for (int i = 0; renderer->tiles != NULL && i < vd_context_threads(renderer->context); i++) {
+        vd_target_destroy(&renderer->tiles[i]);
+    }
+    vd_release(renderer->context, renderer->tiles);
     vd_target_destroy(&renderer->target);
     vd_frame_destroy(&renderer->picture);
     vd_release(renderer->context, renderer->mix.memory);

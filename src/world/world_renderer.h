@@ -28,6 +28,7 @@ struct vd_world_renderer {
     vd_frame *picture;                                   /* of the ground alone */
     vd_target *target;                                   /* a band of the picture */
     vd_buffer mix;                                       /* what is in the band's tiles */
+    vd_target **tiles; /* [threads]: with one sample a pixel; null until one is drawn */
     int band_width, band_rows;
     vd_line_view lines;
     vd_horizon_map *horizon_map; /* null: the terrain hides nothing */
