@@ -190,8 +190,7 @@ void vd_fly_print_help(void) {
     for (int pass = 0; pass < 2; pass++) { /* its own first */
         for (int i = pass == 0 ? OPTION_COUNT : 0; i < (pass == 0 ? FLY_COUNT : OPTION_COUNT);
              i++) {
-            if (!is_among(i, hidden, sizeof hidden / sizeof hidden[0]) &&
-                !is_among(i, refused, sizeof refused / sizeof refused[0])) {
+            if (!vd_fly_leaves_out(i)) {
                 shown[count] = table[i];
                 if (strncmp(shown[count].group, "Camera", 6) == 0) {
                     shown[count].group = FLIGHT;
@@ -203,7 +202,12 @@ void vd_fly_print_help(void) {
     vd_options_print_help(shown, count, stdout);
 }
 
-static vd_status refuse(const vd_options *options) {
+bool vd_fly_leaves_out(int option) {
+    return is_among(option, hidden, sizeof hidden / sizeof hidden[0]) ||
+           is_among(option, refused, sizeof refused / sizeof refused[0]);
+}
+
+vd_status vd_fly_refuse(const vd_options *options) {
     for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
         if (vd_options_given(options, refused[i])) {
             const bool camera = strncmp(options->table[refused[i]].group, "Camera", 6) == 0;
@@ -322,7 +326,7 @@ static vd_status read_frames(const vd_options *options, vd_fly_settings *out) {
 
 vd_status vd_fly_settings_read(vd_options *options, const char *path_file, vd_fly_settings *out) {
     *out = (vd_fly_settings){.path_file = path_file};
-    vd_status status = refuse(options);
+    vd_status status = vd_fly_refuse(options);
     if (status.code == VD_OK) {
         status = vd_render_settings_read(options, &out->render);
     }

@@ -53,6 +53,12 @@ void vd_fly_make_table(vd_option table[FLY_COUNT]);
 
 void vd_fly_print_help(void);
 
+/* Whether an option of `render` has no meaning where a path says where the camera is. */
+bool vd_fly_leaves_out(int option);
+
+/* Refuses those of them that were given: VD_ERROR_ARGUMENT. */
+VD_MUST_USE vd_status vd_fly_refuse(const vd_options *options);
+
 /* Reads the settings; `out` borrows from `options` and the path's file (null: an orbit). Returns
  * VD_ERROR_ARGUMENT, or VD_ERROR_UNSUPPORTED where ffmpeg is needed and missing. */
 VD_MUST_USE vd_status vd_fly_settings_read(vd_options *options, const char *path_file,
