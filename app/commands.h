@@ -10,6 +10,7 @@ int vd_command_render(int argc, char **argv);
 bool vd_render_is_of_particles(int argc, char **argv);
 int vd_command_render_particles(int argc, char **argv);
 int vd_command_fly(int argc, char **argv);
+int vd_command_evaluate(int argc, char **argv);
 int vd_command_view(int argc, char **argv);
 int vd_command_import(int argc, char **argv);
 int vd_command_info(int argc, char **argv);

@@ -18,6 +18,7 @@ static const command commands[] = {
     {"view", "a window to fly through elevation data", vd_command_view},
     {"import", "data into blocks of ours: particles into bricks", vd_command_import},
     {"info", "what a file of elevations, a model or particles holds", vd_command_info},
+    {"evaluate", "how good impostors are along a camera path", vd_command_evaluate},
     {"compare", "how two pictures differ", vd_command_compare},
     {"generate", "synthetic data for trying things out", vd_command_generate},
     {"bench", "measured tables", vd_command_bench},

@@ -1,0 +1,227 @@
+/* evaluate.c: `veduta evaluate`: how good impostors are, along a camera path. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "commands.h"
+#include "evaluate.h"
+#include "gnuplot.h"
+#include "world_file.h"
+
+/* One run. */
+typedef struct evaluating {
+    const vd_evaluate_settings *settings;
+    vd_render_run run;
+    vd_fly_world world;
+    vd_camera_path *path;
+    vd_evaluation evaluation;
+} evaluating;
+
+static void print_help(void) {
+    fputs(
+        "usage: veduta evaluate [OPTIONS] WORLD.json|HEIGHTS… PATH\n\n"
+        "Moves a camera along a PATH (docs/fly.md) and measures how far what is on screen is from\n"
+        "what should be, with three ways of showing a world over a slow link: impostors, whole\n"
+        "screens, and impostors without reuse. The error of a frame is the root of the mean\n"
+        "squared difference over 0.1 (Lawlor 2004, eq. 5.1). docs/impostors.md says more.\n",
+        stdout);
+    vd_evaluate_print_help();
+    fputs(
+        "\nexamples\n"
+        "  veduta evaluate forest/forest.json data/paths/orbit.json\n"
+        "  veduta evaluate forest/forest.json data/paths/walk.json --bandwidth 2M --latency 50ms\n"
+        "  veduta evaluate world.json path.json -o report.json --plot error.svg --worst "
+        "worst.png\n"
+        "  veduta evaluate world.json path.json --virtual --json\n",
+        stdout);
+}
+
+static vd_status load(evaluating *v) {
+    const vd_evaluate_settings *s = v->settings;
+    vd_path_notes notes;
+    vd_path_clearance clearance;
+    vd_status status = vd_fly_world_load(&v->run, &v->world);
+    if (status.code == VD_OK) {
+        status = vd_path_load(v->run.context, s->path_file, &s->path, &v->world.scene->scene,
+                              vd_world_scene_ground, v->world.scene, &notes, &v->path);
+    }
+    if (status.code == VD_OK && notes.clearance_m > 0.0) {
+        status = vd_camera_path_clear(v->path, vd_world_scene_ground, v->world.scene,
+                                      notes.clearance_m, &clearance);
+    }
+    return status.code == VD_OK ? vd_fly_world_prepare(&v->world, v->path) : status;
+}
+
+static vd_status write_report(const evaluating *v) {
+    json_t *root = vd_evaluation_json(&v->evaluation, true);
+    char *text = root != NULL ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(9)) : NULL;
+    json_decref(root);
+    if (text == NULL) {
+        return vd_failure(VD_ERROR_MEMORY, "out of memory for the report");
+    }
+    const vd_status status = vd_write_text(v->settings->output, text);
+    free(text);
+    return status;
+}
+
+static vd_status print_result(const evaluating *v) {
+    bool printed = false;
+    if (v->settings->render.json) {
+        json_t *root = vd_evaluation_json(&v->evaluation, false);
+        printed = root != NULL && vd_print_json(root);
+        json_decref(root);
+    } else {
+        printed = vd_evaluation_print(&v->evaluation);
+    }
+    return printed ? vd_success()
+                   : vd_failure(VD_ERROR_IO, "cannot write to standard output; check the pipe");
+}
+
+static vd_status evaluate(evaluating *v) {
+    const vd_evaluate_settings *s = v->settings;
+    vd_status status = s->plot != NULL ? vd_gnuplot_find() : vd_success();
+    if (status.code == VD_OK) {
+        status = load(v);
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    v->evaluation = (vd_evaluation){.settings = s,
+                                    .context = v->run.context,
+                                    .job = v->run.job,
+                                    .world = &v->world,
+                                    .path = v->path};
+    status = vd_evaluation_run(&v->evaluation);
+    if (status.code == VD_OK && s->output != NULL) {
+        status = write_report(v);
+    }
+    if (status.code == VD_OK && s->plot != NULL) {
+        status = vd_evaluation_plot(&v->evaluation, s->plot);
+    }
+    if (status.code == VD_OK && s->worst != NULL) {
+        status = vd_frame_save_png(v->evaluation.worst, s->worst, NULL);
+    }
+    const bool taken = s->output != NULL && strcmp(s->output, "-") == 0;
+    return status.code == VD_OK && !taken ? print_result(v) : status;
+}
+
+/* What would be refused after a long run is refused before it. */
+static vd_status check_outputs(const vd_evaluate_settings *s) {
+    const char *read[68] = {s->render.color, s->path_file};
+    int count = 2;
+    for (int i = 0; i < s->render.input_count && count < 68; i++) {
+        read[count++] = s->render.inputs[i];
+    }
+    const struct {
+        const char *option, *path;
+    } outputs[] = {{"output", s->output}, {"plot", s->plot}, {"worst", s->worst}};
+    vd_status status = vd_success();
+    for (int i = 0; i < 3 && status.code == VD_OK; i++) {
+        if (outputs[i].path != NULL && strcmp(outputs[i].path, "-") != 0) {
+            status = vd_check_output(outputs[i].option, outputs[i].path, read, count);
+        }
+    }
+    return status;
+}
+
+static int run_evaluate(const vd_evaluate_settings *settings, const vd_world_content *content,
+                        const char *note) {
+    evaluating v = {.settings = settings};
+    v.run = (vd_render_run){.settings = &settings->render, .content = content};
+    vd_status status = vd_notes_init(&v.run.notes, settings->render.quiet);
+    if (status.code != VD_OK) {
+        return vd_report(&status, 1);
+    }
+    if (note[0] != '\0') {
+        vd_notes_log(&v.run.notes, VD_LOG_WARNING, note);
+    }
+    for (size_t i = 0; i < content->warning_count; i++) {
+        vd_notes_log(&v.run.notes, VD_LOG_WARNING, content->warnings[i]);
+    }
+    status = vd_work_begin(&v.run.notes, settings->render.threads, &v.run.context, &v.run.job);
+    int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
+    if (status.code == VD_OK) {
+        code = 1;
+        vd_cancel_on_signal(v.run.job);
+        status = evaluate(&v);
+        if (status.code == VD_ERROR_CANCELLED) {
+            status = vd_failure(VD_ERROR_CANCELLED, "interrupted; nothing was written");
+        }
+        vd_cancel_on_signal(NULL);
+    }
+    code = status.code == VD_OK ? 0 : vd_report(&status, v.run.bad_use ? 2 : code);
+    vd_evaluation_finish(&v.evaluation);
+    vd_camera_path_destroy(&v.path);
+    vd_fly_world_finish(&v.world);
+    vd_work_end(&v.run.notes, &v.run.context, &v.run.job);
+    return code;
+}
+
+/* The last of the inputs is the path; it is taken from them. */
+static vd_status take_path(vd_options *options, char **path) {
+    const bool formula = options->values[OPTION_FUNCTION].text != NULL;
+    const bool file = formula || options->values[OPTION_OPTIONS].text != NULL;
+    if (options->input_count < (file ? 1 : 2)) {
+        const bool none = options->input_count == 0 && !file;
+        return vd_failure(VD_ERROR_ARGUMENT, "%s, as in `veduta evaluate world.json path.json`",
+                          none ? "there is nothing to measure; name a world and a path"
+                               : "there is no path; name one behind the world");
+    }
+    *path = options->inputs[--options->input_count];
+    return vd_success();
+}
+
+static vd_status read_settings(int argc, char **argv, vd_options *options,
+                               vd_world_content *content, char **path, vd_evaluate_settings *out,
+                               bool *help) {
+    vd_status status = vd_options_parse(options, argc, argv);
+    *help = status.code == VD_OK && options->values[OPTION_HELP].number != 0.0;
+    if (status.code != VD_OK || *help) {
+        return status;
+    }
+    status = take_path(options, path);
+    if (status.code == VD_OK) {
+        status = vd_render_read_files(options, content);
+    }
+    if (status.code == VD_OK) {
+        status = vd_render_prefer_flags(options);
+    }
+    if (status.code == VD_OK) {
+        status = vd_render_apply_preset(options);
+    }
+    if (status.code == VD_OK) {
+        status = vd_evaluate_settings_read(options, *path, out);
+    }
+    if (status.code == VD_OK) {
+        status = check_outputs(out);
+    }
+    return vd_world_file_blame(options, content, &status);
+}
+
+int vd_command_evaluate(int argc, char **argv) {
+    vd_option table[EVALUATE_COUNT];
+    vd_options options;
+    vd_evaluate_settings settings;
+    vd_world_content content = {.name = NULL};
+    char *path = NULL;
+    bool help = false;
+    vd_evaluate_make_table(table);
+    vd_status status = vd_options_init(&options, "evaluate", table, EVALUATE_COUNT);
+    if (status.code != VD_OK) {
+        return vd_report(&status, 1);
+    }
+    status = read_settings(argc, argv, &options, &content, &path, &settings, &help);
+    int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
+    vd_catch_signals();
+    if (help) {
+        print_help();
+        code = 0;
+    } else if (status.code != VD_OK) {
+        vd_report(&status, code);
+    } else {
+        code = run_evaluate(&settings, &content, options.note);
+    }
+    free(path);
+    vd_world_content_finish(&content);
+    vd_options_finish(&options);
+    return code;
+}

@@ -1,0 +1,104 @@
+/* evaluate.h: the measure of impostors: what is on screen against what should be.
+ *
+ * Lawlor 2004, §5.1: a stream of viewpoints, perfect frames of them, a run that shows what it has
+ * in time, and the difference of the two (eq. 5.1). Three programs are measured on one stream:
+ * impostors, impostors without reuse, and screen shipping (whole frames over the same link).
+ */
+#ifndef VEDUTA_APP_EVALUATE_H
+#define VEDUTA_APP_EVALUATE_H
+
+#include "fly_world.h"
+#include "path_file.h"
+
+/* Behind `render`'s, whose places in the table stay. */
+enum {
+    EVALUATE_TOLERANCE = OPTION_COUNT,
+    EVALUATE_BUDGET,
+    EVALUATE_MEMORY,
+    EVALUATE_BANDWIDTH,
+    EVALUATE_LATENCY,
+    EVALUATE_RATE,
+    EVALUATE_SECONDS,
+    EVALUATE_COMPARE,
+    EVALUATE_VIRTUAL,
+    EVALUATE_OUTPUT,
+    EVALUATE_PLOT,
+    EVALUATE_WORST,
+    EVALUATE_COUNT
+};
+
+typedef struct vd_evaluate_settings {
+    vd_render_settings render; /* the world and its look */
+    vd_path_settings path;
+    const char *path_file;
+    const char *output, *plot, *worst; /* files; null: none */
+    vd_impostor_def impostors;
+    double rate_hz, compare_hz;
+    double seconds; /* 0: as long as the path */
+    bool is_virtual;
+} vd_evaluate_settings;
+
+/* Fills the table; its texts live as long as the program. */
+void vd_evaluate_make_table(vd_option table[EVALUATE_COUNT]);
+void vd_evaluate_print_help(void);
+
+/* Reads the settings; `out` borrows from `options` and the path's name. Returns VD_ERROR_ARGUMENT.
+ */
+VD_MUST_USE vd_status vd_evaluate_settings_read(const vd_options *options, const char *path_file,
+                                                vd_evaluate_settings *out);
+
+/* ---- a run ------------------------------------------------------------------------------------*/
+
+typedef enum vd_evaluated {
+    VD_EVALUATED_IMPOSTORS = 0,
+    VD_EVALUATED_SCREEN,
+    VD_EVALUATED_NO_REUSE,
+    VD_EVALUATED_COUNT
+} vd_evaluated;
+
+/* Of one program. Sums are over displayed frames until they are divided. */
+typedef struct vd_evaluated_figures {
+    uint64_t frames;          /* that came onto the screen in time */
+    uint64_t made;            /* of impostors; the last may come too late */
+    double whole;             /* of these, as many as were new as a whole: no reuse */
+    double error;             /* e, eq. 5.1: mean of `errors` */
+    double *errors;           /* [compared] e(t); owned by the evaluation */
+    double busy_s, slowest_s; /* work on all frames, on the longest of them: of this machine */
+    uint64_t bytes;           /* over the link */
+    uint64_t uploads;
+    double reuse, overdraw, shown, direct; /* of impostors: R; the others are means */
+    double error_px, show_s;
+    uint64_t failed, dropped;
+    double worst_error, worst_s; /* the greatest error, and when */
+} vd_evaluated_figures;
+
+typedef struct vd_evaluation {
+    const vd_evaluate_settings *settings;
+    vd_context *context;
+    vd_job *job;
+    vd_fly_world *world;
+    const vd_camera_path *path;
+    double seconds;
+    int compared; /* moments */
+    vd_evaluated_figures of[VD_EVALUATED_COUNT];
+    vd_frame *worst; /* of the impostors, where it was asked for */
+} vd_evaluation;
+
+/* Runs all three. vd_evaluation_finish is due also after a failure. */
+VD_MUST_USE vd_status vd_evaluation_run(vd_evaluation *evaluation);
+void vd_evaluation_finish(vd_evaluation *evaluation);
+
+/* The moment of a comparison, seconds. */
+double vd_evaluation_time(const vd_evaluation *evaluation, int compared);
+
+/* ---- what comes out ---------------------------------------------------------------------------*/
+
+/* The result; `series`: with the errors over time. Null when memory is out. */
+json_t *vd_evaluation_json(const vd_evaluation *evaluation, bool series);
+
+/* A table for people; false when it could not be written. */
+bool vd_evaluation_print(const vd_evaluation *evaluation);
+
+VD_MUST_USE vd_status vd_evaluation_plot(const vd_evaluation *evaluation, const char *path);
+
+#endif

@@ -1,0 +1,341 @@
+/* evaluate_run.c: three programs on one stream of viewpoints.
+ *
+ * Each has a clock of its own that runs while the program itself works, and is turned on to the
+ * next thing that happens when it waits; drawing perfect frames and comparing takes none of it.
+ * Nothing of a program works while it waits, so this is the run in real time that it would be
+ * without being measured (§5.1.2 had to thin out and shrink its frames for that). With a virtual
+ * clock work takes no time, and only the display's rate, the budgets and the link are left.
+ *
+ * Screens that are shipped are not kept while they are on their way: the viewpoint says what they
+ * show, and the few that are compared are drawn again.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "evaluate.h"
+
+#define DISPLAY_HZ 60.0
+
+/* A screen on the link. */
+typedef struct shipped {
+    double arrives_s;
+    long viewpoint;
+} shipped;
+
+enum { MOST_SHIPPED = 8192 }; /* 60 s of latency at DISPLAY_HZ, and more */
+
+typedef struct program {
+    vd_evaluation *e;
+    vd_evaluated_figures *figures;
+    double frame;            /* of the virtual clock's display */
+    double begins_s;         /* when the next frame does */
+    vd_frame *screen, *next; /* what is on screen; what is drawn */
+    vd_impostors *impostors; /* null: screens are shipped */
+    bool waits;              /* `next` comes onto the screen, at */
+    double done_s;
+    uint64_t uploads; /* before it */
+    shipped *link;    /* [MOST_SHIPPED], a ring */
+    int first, count;
+    double link_free_s;
+    long viewpoint, drawn; /* that is on screen; that `screen` shows; −1: none yet */
+} program;
+
+static long viewpoint_at(const vd_evaluation *e, double time_s) {
+    return (long)floor(time_s * e->settings->rate_hz + 1e-6);
+}
+
+static vd_camera camera_of(const vd_evaluation *e, long viewpoint) {
+    const vd_render_settings *s = &e->settings->render;
+    vd_camera camera;
+    vd_camera_path_at(e->path, (double)viewpoint / e->settings->rate_hz, s->width, s->height,
+                      &camera);
+    return camera;
+}
+
+double vd_evaluation_time(const vd_evaluation *e, int compared) {
+    const double time_s = (compared + 0.5) / e->settings->compare_hz;
+    return time_s < e->seconds ? time_s : e->seconds;
+}
+
+static void worked(program *p, double seconds) {
+    p->figures->busy_s += seconds;
+    p->figures->slowest_s = seconds > p->figures->slowest_s ? seconds : p->figures->slowest_s;
+}
+
+static double later(double a, double b) {
+    return a > b ? a : b;
+}
+
+/* When the next frame may begin: by the display's rate, and not before the last is done. */
+static double next_begin(program *p, double done_s) {
+    p->frame++;
+    if (p->e->settings
+            ->is_virtual) { /* counted: a sum of sixtieths would be late for a comparison */
+        while (p->frame / DISPLAY_HZ <= p->begins_s) {
+            p->frame++;
+        }
+        return p->frame / DISPLAY_HZ;
+    }
+    return later(done_s, p->begins_s + 1.0 / DISPLAY_HZ);
+}
+
+/* ---- impostors --------------------------------------------------------------------------------*/
+
+static void count_frame(program *p, const vd_impostor_stats *stats) {
+    vd_evaluated_figures *f = p->figures;
+    const double came = (double)(stats->uploads - p->uploads), shown = (double)stats->shown;
+    p->uploads = stats->uploads;
+    f->made++;
+    if (stats->shown > 0) {
+        f->whole += came < shown ? came / shown : 1.0;
+    } else {
+        f->whole += stats->in_flight == 0 && stats->waiting == 0;
+    }
+    f->bytes = stats->bytes_sent;
+    f->uploads = stats->uploads;
+    f->failed = stats->failed;
+    f->dropped = stats->dropped;
+    f->reuse =
+        stats->pixels_drawn > 0 ? (double)stats->pixels_shown / (double)stats->pixels_drawn : 0.0;
+    f->overdraw += stats->overdraw;
+    f->shown += shown;
+    f->direct += (double)stats->direct;
+    f->show_s += stats->show_s;
+    f->error_px += stats->error_px;
+}
+
+/* Draws the frame that begins now. */
+static vd_status show_impostors(program *p) {
+    const vd_evaluation *e = p->e;
+    const vd_camera camera = camera_of(e, viewpoint_at(e, p->begins_s));
+    vd_impostor_stats stats = {0};
+    const double start = vd_seconds_now();
+    vd_status status = vd_impostors_update(p->impostors, e->job, &camera, p->next->width,
+                                           p->next->height, p->begins_s, &stats);
+    if (status.code == VD_OK) {
+        status = vd_impostors_draw(p->impostors, e->job, &camera, p->next, &stats);
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const double took = vd_seconds_now() - start;
+    worked(p, took);
+    count_frame(p, &stats);
+    p->done_s = p->begins_s + (e->settings->is_virtual ? 0.0 : took);
+    p->begins_s = next_begin(p, p->done_s);
+    p->waits = true;
+    return status;
+}
+
+/* Goes on until `screen` is what is on screen at a time. */
+static vd_status impostors_until(program *p, double time_s) {
+    vd_status status = vd_success();
+    while (status.code == VD_OK) {
+        if (p->waits) {
+            if (p->done_s > time_s) {
+                break;
+            }
+            vd_frame *shown = p->next;
+            p->next = p->screen;
+            p->screen = shown;
+            p->waits = false;
+            p->figures->frames += p->done_s < p->e->seconds;
+        }
+        if (p->begins_s > time_s) {
+            break;
+        }
+        status = show_impostors(p);
+    }
+    return status;
+}
+
+/* ---- whole screens ----------------------------------------------------------------------------*/
+
+/* Draws a screen and puts it on the link. The next one begins so that it is done when the link is
+ * free for it: no earlier, since it would be older then. */
+static vd_status ship_screen(program *p) {
+    const vd_evaluation *e = p->e;
+    const vd_evaluate_settings *s = e->settings;
+    const long viewpoint = viewpoint_at(e, p->begins_s);
+    vd_status status = vd_success();
+    double took = 0.0;
+    if (!s->is_virtual) {
+        const vd_camera camera = camera_of(e, viewpoint);
+        const double start = vd_seconds_now();
+        status = vd_fly_draw(e->world, &camera, p->next);
+        took = vd_seconds_now() - start;
+        worked(p, took);
+        p->figures->made++;
+    }
+    const double bytes = 4.0 * s->render.width * s->render.height;
+    const double done = p->begins_s + took;
+    if (s->impostors.link_bytes_per_s > 0.0) {
+        p->link_free_s = later(done, p->link_free_s) + bytes / s->impostors.link_bytes_per_s;
+    } else {
+        p->link_free_s = done;
+    }
+    p->link[(p->first + p->count++) % MOST_SHIPPED] =
+        (shipped){p->link_free_s + s->impostors.link_latency_s, viewpoint};
+    p->begins_s = later(next_begin(p, done), p->link_free_s - took);
+    return status;
+}
+
+static vd_status screens_until(program *p, double time_s) {
+    vd_status status = vd_success();
+    while (status.code == VD_OK && p->begins_s <= time_s && p->count < MOST_SHIPPED) {
+        status = ship_screen(p);
+    }
+    const double bytes = 4.0 * p->screen->width * p->screen->height;
+    while (p->count > 0 && p->link[p->first].arrives_s <= time_s) {
+        const bool counts = p->link[p->first].arrives_s < p->e->seconds;
+        p->viewpoint = p->link[p->first].viewpoint;
+        p->first = (p->first + 1) % MOST_SHIPPED;
+        p->count--;
+        p->figures->frames += counts;
+        p->figures->bytes += counts ? (uint64_t)bytes : 0u;
+    }
+    return status;
+}
+
+/* Draws what is on screen, to be compared. */
+static vd_status redraw_screen(program *p) {
+    if (p->viewpoint < 0 || p->viewpoint == p->drawn) {
+        return vd_success();
+    }
+    const vd_camera camera = camera_of(p->e, p->viewpoint);
+    p->drawn = p->viewpoint;
+    return vd_fly_draw(p->e->world, &camera, p->screen);
+}
+
+/* ---- comparing --------------------------------------------------------------------------------*/
+
+static vd_status until(program *p, double time_s) {
+    return p->impostors != NULL ? impostors_until(p, time_s) : screens_until(p, time_s);
+}
+
+/* Counts a comparison; the worst frame of the impostors is kept. */
+static void count_error(vd_evaluation *e, const program *p, int number, double error) {
+    vd_evaluated_figures *f = p->figures;
+    f->errors[number] = error;
+    f->error += error;
+    if (number > 0 && !(error > f->worst_error)) {
+        return;
+    }
+    f->worst_error = error;
+    f->worst_s = vd_evaluation_time(e, number);
+    if (e->worst != NULL && f == &e->of[VD_EVALUATED_IMPOSTORS]) {
+        memcpy(e->worst->rgba, p->screen->rgba, 4 * p->screen->stride * (size_t)p->screen->height);
+    }
+}
+
+static vd_status compare_all(vd_evaluation *e, program *programs, vd_frame *perfect, int number) {
+    const double time_s = vd_evaluation_time(e, number);
+    const vd_camera camera = camera_of(e, viewpoint_at(e, time_s));
+    vd_status status = vd_fly_draw(e->world, &camera, perfect);
+    for (int i = 0; i < VD_EVALUATED_COUNT && status.code == VD_OK; i++) {
+        program *p = &programs[i];
+        status = until(p, time_s);
+        if (status.code == VD_OK && p->impostors == NULL) {
+            status = redraw_screen(p);
+        }
+        if (status.code == VD_OK) {
+            count_error(e, p, number, vd_frame_error(p->screen, perfect));
+        }
+    }
+    return status;
+}
+
+static void show_progress(const vd_evaluation *e, double time_s, bool last) {
+    if (!e->settings->render.quiet && isatty(STDERR_FILENO)) {
+        fprintf(stderr, "\r%.1f of %.4g s \033[K%s", time_s, e->seconds, last ? "\r\033[K" : "");
+    }
+}
+
+/* ---- a run ------------------------------------------------------------------------------------*/
+
+static vd_status begin_program(vd_evaluation *e, vd_evaluated kind, program *p) {
+    const vd_render_settings *s = &e->settings->render;
+    *p = (program){.e = e, .figures = &e->of[kind], .viewpoint = -1, .drawn = -1};
+    p->figures->errors = calloc((size_t)e->compared, sizeof *p->figures->errors);
+    if (p->figures->errors == NULL) {
+        return vd_failure(VD_ERROR_MEMORY, "out of memory for %d comparisons", e->compared);
+    }
+    vd_status status = vd_frame_create(e->context, s->width, s->height, VD_PLANE_DEPTH, &p->screen);
+    if (status.code == VD_OK) {
+        status = vd_frame_create(e->context, s->width, s->height, VD_PLANE_DEPTH, &p->next);
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    memset(p->screen->rgba, 0, 4 * p->screen->stride * (size_t)s->height);
+    if (kind == VD_EVALUATED_SCREEN) {
+        p->link = calloc(MOST_SHIPPED, sizeof *p->link);
+        return p->link != NULL ? status : vd_failure(VD_ERROR_MEMORY, "out of memory for the link");
+    }
+    vd_impostor_def def = e->settings->impostors;
+    def.no_reuse = kind == VD_EVALUATED_NO_REUSE;
+    return vd_impostors_create(e->context, e->world->scene->world, e->world->renderer, &def,
+                               &p->impostors);
+}
+
+static void end_program(program *p) {
+    vd_impostors_destroy(&p->impostors);
+    vd_frame_destroy(&p->screen);
+    vd_frame_destroy(&p->next);
+    free(p->link);
+}
+
+static void divide(vd_evaluation *e) {
+    for (int i = 0; i < VD_EVALUATED_COUNT; i++) {
+        vd_evaluated_figures *f = &e->of[i];
+        const double frames = f->made > 0 ? (double)f->made : 1.0;
+        f->error /= e->compared;
+        f->overdraw /= frames;
+        f->shown /= frames;
+        f->direct /= frames;
+        f->show_s /= frames;
+        f->error_px /= frames;
+    }
+}
+
+vd_status vd_evaluation_run(vd_evaluation *e) {
+    const vd_evaluate_settings *s = e->settings;
+    program programs[VD_EVALUATED_COUNT];
+    memset(programs, 0, sizeof programs);
+    vd_frame *perfect = NULL;
+    e->seconds = s->seconds > 0.0 ? s->seconds : vd_camera_path_duration(e->path);
+    e->compared = (int)floor(e->seconds * s->compare_hz + 1e-6);
+    e->compared = e->compared < 1 ? 1 : e->compared;
+    vd_status status =
+        vd_frame_create(e->context, s->render.width, s->render.height, VD_PLANE_DEPTH, &perfect);
+    if (status.code == VD_OK && s->worst != NULL) {
+        status = vd_frame_create(e->context, s->render.width, s->render.height, 0, &e->worst);
+    }
+    for (int i = 0; i < VD_EVALUATED_COUNT && status.code == VD_OK; i++) {
+        status = begin_program(e, (vd_evaluated)i, &programs[i]);
+    }
+    for (int number = 0; number < e->compared && status.code == VD_OK; number++) {
+        show_progress(e, vd_evaluation_time(e, number), false);
+        status = compare_all(e, programs, perfect, number);
+    }
+    for (int i = 0; i < VD_EVALUATED_COUNT && status.code == VD_OK; i++) {
+        status = until(&programs[i], e->seconds);
+    }
+    show_progress(e, e->seconds, true);
+    for (int i = 0; i < VD_EVALUATED_COUNT; i++) {
+        end_program(&programs[i]);
+    }
+    vd_frame_destroy(&perfect);
+    divide(e);
+    return status;
+}
+
+void vd_evaluation_finish(vd_evaluation *e) {
+    for (int i = 0; i < VD_EVALUATED_COUNT; i++) {
+        free(e->of[i].errors);
+        e->of[i].errors = NULL;
+    }
+    vd_frame_destroy(&e->worst);
+}

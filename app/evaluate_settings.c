@@ -1,0 +1,278 @@
+/* evaluate_settings.c: the option table of `veduta evaluate` and what it means. */
+#include <math.h>
+#include <string.h>
+
+#include "evaluate.h"
+#include "fly_settings.h"
+
+#define MEASURE "Measure"
+#define DISPLAYED "Impostors and link"
+
+/* Of a virtual clock, what a second of drawing makes. */
+#define VIRTUAL_PIXELS_PER_S 4e6
+
+static const vd_option own[EVALUATE_COUNT - OPTION_COUNT] = {
+    [EVALUATE_TOLERANCE -
+     OPTION_COUNT] = {.key = "tolerance",
+                      .group = DISPLAYED,
+                      .type = VD_OPTION_REAL,
+                      .argument = "PX",
+                      .min = 0,
+                      .max = 1000,
+                      .unit = "pixels",
+                      .fallback = "1",
+                      .help = "how wrong a picture may become before it is drawn anew; 0: always"},
+    [EVALUATE_BUDGET -
+        OPTION_COUNT] = {.key = "budget",
+                         .group = DISPLAYED,
+                         .type = VD_OPTION_TEXT,
+                         .argument = "T",
+                         .unit = "seconds, or with ending: 5ms",
+                         .fallback = "5ms",
+                         .help = "how long pictures are drawn for every frame that is shown"},
+    [EVALUATE_MEMORY - OPTION_COUNT] = {.key = "memory",
+                                        .group = DISPLAYED,
+                                        .type = VD_OPTION_TEXT,
+                                        .argument = "B",
+                                        .unit = "bytes, or with ending: 64M",
+                                        .fallback = "268435456",
+                                        .help = "what pictures may take"},
+    [EVALUATE_BANDWIDTH - OPTION_COUNT] =
+        {.key = "bandwidth",
+         .group = DISPLAYED,
+         .type = VD_OPTION_TEXT,
+         .argument = "B",
+         .unit = "bytes a second, or with ending: 10M",
+         .fallback = "10M",
+         .help = "of the simulated link that pictures and whole screens come over; 0: no link"},
+    [EVALUATE_LATENCY - OPTION_COUNT] = {.key = "latency",
+                                         .group = DISPLAYED,
+                                         .type = VD_OPTION_TEXT,
+                                         .argument = "T",
+                                         .unit = "seconds, or with ending: 20ms",
+                                         .fallback = "0",
+                                         .help = "how long what was sent takes to arrive"},
+
+    [EVALUATE_RATE - OPTION_COUNT] = {.key = "rate",
+                                      .group = MEASURE,
+                                      .type = VD_OPTION_REAL,
+                                      .argument = "HZ",
+                                      .min = 0.1,
+                                      .max = 10000,
+                                      .unit = "a second",
+                                      .fallback = "100",
+                                      .help = "viewpoints of the stream"},
+    [EVALUATE_SECONDS - OPTION_COUNT] = {.key = "seconds",
+                                         .group = MEASURE,
+                                         .type = VD_OPTION_REAL,
+                                         .argument = "S",
+                                         .min = 0.1,
+                                         .max = 86400,
+                                         .unit = "seconds",
+                                         .help = "how long; by default as long as the path"},
+    [EVALUATE_COMPARE -
+        OPTION_COUNT] = {.key = "compare",
+                         .group = MEASURE,
+                         .type = VD_OPTION_REAL,
+                         .argument = "HZ",
+                         .min = 0.1,
+                         .max = 1000,
+                         .unit = "a second",
+                         .fallback = "10",
+                         .help = "how often what is on screen is compared with the perfect frame"},
+    [EVALUATE_VIRTUAL - OPTION_COUNT] =
+        {.key = "virtual",
+         .group = MEASURE,
+         .type = VD_OPTION_SWITCH,
+         .help = "a virtual clock: 60 frames a second, drawing takes no time but --budget is kept "
+                 "as 4 million pixels of pictures a second; the same result on every machine"},
+    [EVALUATE_OUTPUT - OPTION_COUNT] =
+        {.key = "output",
+         .group = MEASURE,
+         .type = VD_OPTION_FILE,
+         .letter = 'o',
+         .argument = "FILE.json",
+         .transient = true,
+         .help = "the result, with the error of every comparison; - is standard output"},
+    [EVALUATE_PLOT - OPTION_COUNT] = {.key = "plot",
+                                      .group = MEASURE,
+                                      .type = VD_OPTION_FILE,
+                                      .argument = "FILE.svg",
+                                      .transient = true,
+                                      .help = "the error over time, drawn by gnuplot"},
+    [EVALUATE_WORST - OPTION_COUNT] = {.key = "worst",
+                                       .group = MEASURE,
+                                       .type = VD_OPTION_FILE,
+                                       .argument = "FILE.png",
+                                       .transient = true,
+                                       .help = "the frame of impostors whose error was greatest"},
+};
+
+static bool left_out(int option) {
+    return (option < OPTION_COUNT && vd_fly_leaves_out(option)) || option == OPTION_DRY_RUN ||
+           option == OPTION_SAVE_WORLD || option == OPTION_PNG_LEVEL;
+}
+
+void vd_evaluate_make_table(vd_option table[EVALUATE_COUNT]) {
+    for (int i = 0; i < EVALUATE_COUNT; i++) {
+        table[i] = i < OPTION_COUNT ? vd_render_table[i] : own[i - OPTION_COUNT];
+        const bool taken = i == OPTION_OUTPUT || i == OPTION_PITCH || i == OPTION_DRY_RUN ||
+                           i == OPTION_SAVE_WORLD || i == OPTION_PNG_LEVEL;
+        if (taken) {
+            table[i].key = " "; /* a name that no one can give; its default stays */
+            table[i].letter = 0;
+        }
+    }
+    table[OPTION_SIZE].fallback = "1280x720";
+    table[OPTION_FOV].fallback = NULL;
+    table[OPTION_FOV].help = "field of view, top to bottom, where the path says none; by default "
+                             "50, of an orbit 40";
+    table[OPTION_NEAR].help = "nothing nearer is drawn";
+    table[OPTION_ALLOW_EMPTY].help = "also in the dark, the sun below the horizon";
+}
+
+void vd_evaluate_print_help(void) {
+    vd_option table[EVALUATE_COUNT], shown[EVALUATE_COUNT];
+    vd_evaluate_make_table(table);
+    int count = 0;
+    for (int pass = 0; pass < 2; pass++) { /* its own first */
+        for (int i = pass == 0 ? OPTION_COUNT : 0; i < (pass == 0 ? EVALUATE_COUNT : OPTION_COUNT);
+             i++) {
+            if (!left_out(i)) {
+                shown[count] = table[i];
+                if (strncmp(shown[count].group, "Camera", 6) == 0) {
+                    shown[count].group = MEASURE;
+                }
+                count++;
+            }
+        }
+    }
+    vd_options_print_help(shown, count, stdout);
+}
+
+/* ---- numbers with endings ---------------------------------------------------------------------*/
+
+typedef struct ending {
+    const char *text;
+    double factor;
+} ending;
+
+/* Reads a number with one of the endings; the last of them is "". */
+static bool read_with_ending(const char *text, const ending *endings, double *out) {
+    const size_t length = strlen(text);
+    for (const ending *e = endings;; e++) {
+        const size_t cut = strlen(e->text);
+        char number[64];
+        if (length > cut && length - cut < sizeof number &&
+            strcmp(text + length - cut, e->text) == 0) {
+            memcpy(number, text, length - cut);
+            number[length - cut] = '\0';
+            double value = 0.0;
+            if (vd_read_number(number, &value) && isfinite(value * e->factor)) {
+                *out = value * e->factor;
+                return true;
+            }
+        }
+        if (cut == 0) {
+            return false;
+        }
+    }
+}
+
+static vd_status read_time(const vd_options *options, int index, double least, double most,
+                           double *out) {
+    static const ending endings[] = {{"ms", 1e-3}, {"s", 1.0}, {"", 1.0}};
+    const char *text = options->values[index].text;
+    if (!read_with_ending(text, endings, out) || !(*out >= least && *out <= most)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--%s: \"%.40s\" is not a time from %g to %g s; give seconds, such as "
+                          "0.005 or 5ms",
+                          options->table[index].key, text, least, most);
+    }
+    return vd_success();
+}
+
+static vd_status read_bytes(const vd_options *options, int index, double least, double most,
+                            double *out) {
+    static const ending endings[] = {{"k", 1e3}, {"M", 1e6}, {"G", 1e9}, {"", 1.0}};
+    const char *text = options->values[index].text;
+    if (!read_with_ending(text, endings, out) || !(*out >= least && *out <= most)) {
+        return vd_failure(
+            VD_ERROR_ARGUMENT,
+            "--%s: \"%.40s\" is not a number of bytes from %g to %g; give one such as "
+            "2500000 or 2.5M",
+            options->table[index].key, text, least, most);
+    }
+    return vd_success();
+}
+
+static vd_status read_impostors(const vd_options *options, vd_evaluate_settings *out) {
+    vd_impostor_def def = vd_impostor_def_default();
+    double bytes = 0.0;
+    def.tolerance_px = options->values[EVALUATE_TOLERANCE].number;
+    def.samples = out->render.samples;
+    vd_status status = read_time(options, EVALUATE_BUDGET, 1e-6, 1e6, &def.budget_s);
+    if (status.code == VD_OK) {
+        status = read_time(options, EVALUATE_LATENCY, 0.0, 60.0, &def.link_latency_s);
+    }
+    if (status.code == VD_OK) {
+        status = read_bytes(options, EVALUATE_BANDWIDTH, 0.0, 1e15, &def.link_bytes_per_s);
+    }
+    if (status.code == VD_OK && def.link_bytes_per_s > 0.0 && def.link_bytes_per_s < 1.0) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "--bandwidth: a link of %g bytes a second brings "
+                            "nothing; give 1 or more, or 0 for no link",
+                            def.link_bytes_per_s);
+    }
+    if (status.code == VD_OK) {
+        status = read_bytes(options, EVALUATE_MEMORY, 1048576.0, 1e15, &bytes);
+    }
+    def.memory_bytes = (size_t)bytes;
+    if (out->is_virtual) {
+        const double pixels = def.budget_s * VIRTUAL_PIXELS_PER_S;
+        def.budget_pixels = pixels > 1.0 ? (size_t)pixels : 1;
+        def.budget_s = 1e9;
+    }
+    out->impostors = def;
+    return status;
+}
+
+vd_status vd_evaluate_settings_read(const vd_options *options, const char *path_file,
+                                    vd_evaluate_settings *out) {
+    *out = (vd_evaluate_settings){.path_file = path_file, .path = vd_path_settings_default()};
+    vd_status status = vd_fly_refuse(options);
+    if (status.code == VD_OK) {
+        status = vd_render_settings_read(options, &out->render);
+    }
+    if (status.code == VD_OK && out->render.is_model) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "%.160s is a model; `veduta evaluate` takes a world file, or elevation "
+                            "data",
+                            out->render.inputs[0]);
+    }
+    if (status.code != VD_OK) {
+        return status;
+    }
+    out->path.fov =
+        vd_options_given(options, OPTION_FOV) ? options->values[OPTION_FOV].number : (double)NAN;
+    out->path.near_m = options->values[OPTION_NEAR].number;
+    out->path.exaggeration = out->render.exaggeration;
+    out->output = options->values[EVALUATE_OUTPUT].text;
+    out->plot = options->values[EVALUATE_PLOT].text;
+    out->worst = options->values[EVALUATE_WORST].text;
+    out->rate_hz = options->values[EVALUATE_RATE].number;
+    out->compare_hz = options->values[EVALUATE_COMPARE].number;
+    out->seconds = vd_options_given(options, EVALUATE_SECONDS)
+                       ? options->values[EVALUATE_SECONDS].number
+                       : 0.0;
+    out->is_virtual = options->values[EVALUATE_VIRTUAL].number != 0.0;
+    const char *const pictures[] = {out->worst, ".png"}, *const plots[] = {out->plot, ".svg"};
+    const char *const *const named[] = {pictures, plots};
+    for (int i = 0; i < 2; i++) {
+        if (named[i][0] != NULL && !vd_ends_with(named[i][0], named[i][1])) {
+            return vd_failure(VD_ERROR_ARGUMENT, "--%s: %.160s does not end in %s",
+                              i == 0 ? "worst" : "plot", named[i][0], named[i][1]);
+        }
+    }
+    return read_impostors(options, out);
+}
