@@ -37,7 +37,7 @@ static double inside(int plane, const double at[3], const vd_frame *frame, doubl
 
 /* Pixels of a frame that a quad covers: its outline clipped (Sutherland & Hodgman 1974). */
 static double area_of(const vd_quad *quad, const vd_frame *frame, double near_m) {
-    double points[2][12][3];
+    double points[2][32][3]; /* rounding may bend an outline: 3/2 as many corners a plane */
     int count = 4, from = 0;
     for (int i = 0; i < 4; i++) {
         points[0][i][0] = (double)quad->corners[i].x;
