@@ -88,7 +88,9 @@ static void count_frame(program *p, const vd_impostor_stats *stats) {
     const double came = (double)(stats->uploads - p->uploads), shown = (double)stats->shown;
     p->uploads = stats->uploads;
     f->made++;
-    if (stats->shown > 0) {
+    if (p->begins_s >= p->e->seconds) {
+        /* a frame too late to count */
+    } else if (stats->shown > 0) {
         f->whole += came < shown ? came / shown : 1.0;
     } else {
         f->whole += stats->in_flight == 0 && stats->waiting == 0;

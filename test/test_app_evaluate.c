@@ -1,0 +1,275 @@
+/* test_app_evaluate.c: `veduta evaluate` from outside: what it prints and writes, that it can be
+ * repeated, that impostors do better than whole screens over a slow link, and what is refused. */
+#include "support.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <veduta/picture.h>
+
+#define DEM VEDUTA_SOURCE_DIR "/data/mont-blanc.png"
+
+static char out[1 << 16], err[1 << 13], one[1 << 16];
+
+/* 240 m over a grove, once around in 30 s. */
+static const char orbit_json[] =
+    "{\"veduta_path\": 1, \"clearance\": 0, \"orbit\": {\"centre\": [25660, -6160, 1070], "
+    "\"radius\": 420, \"height\": 240, \"duration\": 30}}\n";
+
+static void read_back(const char *path, char *to, size_t bytes) {
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    to[fread(to, 1, bytes - 1, file)] = '\0';
+    (void)fclose(file);
+}
+
+static void write_file(const char *name, const char *text) {
+    FILE *file = fopen(name, "wb");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* Runs `veduta ARGUMENTS` under a time limit; returns the exit status. */
+static int run(const char *environment, const char *arguments) {
+    char command[2048];
+    (void)snprintf(command, sizeof command, "%s timeout 300 '%s/veduta' %s >out.txt 2>err.txt",
+                   environment, VEDUTA_BINARY_DIR, arguments);
+    const int status = system(command);
+    read_back("out.txt", out, sizeof out);
+    read_back("err.txt", err, sizeof err);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+/* Measures the grove in 2 s of 128 × 72. */
+static int evaluate(const char *arguments) {
+    char line[1024];
+    (void)snprintf(line, sizeof line,
+                   "evaluate grove/forest.json orbit.json -s 128x72 --seconds 2 %s", arguments);
+    return run("", line);
+}
+
+static void evaluates(const char *arguments) {
+    const int status = evaluate(arguments);
+    if (status != 0) {
+        fail_msg("%s: exit status %d: %s", arguments, status, err);
+    }
+}
+
+static void fails(int expected, const char *arguments, const char *sentence) {
+    const int status = evaluate(arguments);
+    if (status != expected || strstr(err, sentence) == NULL || strncmp(err, "veduta: ", 8) != 0) {
+        fail_msg("%s: exit status %d: %s", arguments, status, err);
+    }
+    assert_string_equal(out, "");
+}
+
+/* The number behind a key of `text`, the first after `part` (null: of all). */
+static double number_in(const char *text, const char *part, const char *key) {
+    char quoted[64];
+    const char *from = text;
+    if (part != NULL) {
+        (void)snprintf(quoted, sizeof quoted, "\"%s\": {", part);
+        from = strstr(text, quoted);
+        assert_non_null(from);
+    }
+    (void)snprintf(quoted, sizeof quoted, "\"%s\": ", key);
+    const char *at = strstr(from, quoted);
+    if (at == NULL) {
+        fail_msg("%s is not in: %.600s", key, text);
+        return 0.0;
+    }
+    return strtod(at + strlen(quoted), NULL);
+}
+
+static char folder[] = VEDUTA_BINARY_DIR "/test-app-evaluate-XXXXXX";
+
+static int enter_folder(void **state) {
+    (void)state;
+    if (mkdtemp(folder) == NULL || chdir(folder) != 0) {
+        return -1;
+    }
+    write_file("orbit.json", orbit_json);
+    return run("", "generate forest '" DEM "' --cell-size 75 -n 150 --center 25660,-6160 "
+                   "--radius 200 --tree-line 5000 -o grove");
+}
+
+static int leave_folder(void **state) {
+    (void)state;
+    char command[sizeof folder + 16];
+    (void)snprintf(command, sizeof command, "rm -r '%s'", folder);
+    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
+}
+
+/* ---- the tests --------------------------------------------------------------------------------*/
+
+static void impostors_do_better_over_a_slow_link(void **state) {
+    (void)state;
+    evaluates("--virtual --bandwidth 200k --json");
+    /* A screen takes 128 · 72 · 4 / 200,000 s: 5.4 of them a second. */
+    assert_true(fabs(number_in(out, "screen", "fps") - 5.0) < 0.51);
+    assert_true(number_in(out, NULL, "fps") == 60.0);
+    assert_true(number_in(out, "screen", "error") > 0.0);
+    assert_true(number_in(out, NULL, "error") < number_in(out, "screen", "error"));
+    assert_true(number_in(out, NULL, "error") <= number_in(out, NULL, "worst_error"));
+    assert_true(number_in(out, "no_reuse", "fps") < 30.0);
+    assert_true(number_in(out, "no_reuse", "error") > 0.0);
+    static const char *const parts[] = {NULL, "screen", "no_reuse"};
+    for (int i = 0; i < 3; i++) { /* no more than the link carries */
+        const double bytes = number_in(out, parts[i], "bytes_per_s");
+        assert_true(bytes > 0.0 && bytes <= 200e3);
+    }
+    assert_true(number_in(out, NULL, "reuse") > 1.0);
+    assert_true(number_in(out, NULL, "overdraw") > 0.0);
+    assert_true(number_in(out, NULL, "uploads_per_s") > 1.0);
+    assert_true(number_in(out, NULL, "direct_objects") >= 0.0);
+    assert_true(number_in(out, NULL, "failed") == 0.0);
+}
+
+/* Without a link whole screens are perfect: they are what is compared with. */
+static void without_a_link_screens_are_perfect(void **state) {
+    (void)state;
+    evaluates("--virtual --bandwidth 0 --json");
+    assert_true(number_in(out, "screen", "error") == 0.0);
+    assert_true(number_in(out, "screen", "fps") == 60.0);
+    const double error = number_in(out, NULL, "error");
+    assert_true(error > 0.0 && error < 0.5);
+}
+
+static void latency_is_seen(void **state) {
+    (void)state;
+    evaluates("--virtual --bandwidth 0 --latency 500ms --json");
+    const double screen = number_in(out, "screen", "error");
+    assert_true(screen > 0.05);
+    assert_true(number_in(out, "screen", "fps") == 45.0); /* those of the first 1.5 s */
+    assert_true(number_in(out, "settings", "latency") == 0.5);
+}
+
+static void virtual_runs_are_the_same(void **state) {
+    (void)state;
+    evaluates("--virtual --bandwidth 1M --threads 1 -o -");
+    memcpy(one, out, sizeof one);
+    assert_non_null(strstr(one, "\"errors\": {"));
+    evaluates("--virtual --bandwidth 1M --threads 2 -o -");
+    assert_string_equal(out, one);
+    evaluates("--virtual --bandwidth 1M --threads 7 -o -");
+    assert_string_equal(out, one);
+}
+
+static void real_runs_say_what_they_took(void **state) {
+    (void)state;
+    evaluates("--compare 4 --json");
+    assert_true(number_in(out, NULL, "fps") > 0.0 && number_in(out, NULL, "fps") <= 60.5);
+    assert_true(number_in(out, NULL, "frame_ms") > 0.0);
+    assert_true(number_in(out, NULL, "slowest_ms") >= number_in(out, NULL, "frame_ms"));
+    assert_true(number_in(out, "screen", "frame_ms") > 0.0);
+    assert_true(number_in(out, "settings", "threads") >= 1.0);
+}
+
+static void results_are_written(void **state) {
+    (void)state;
+    evaluates("--virtual --worst worst.png -o report.json");
+    assert_non_null(strstr(out, "impostors  "));
+    assert_non_null(strstr(out, "whole screens "));
+    assert_non_null(strstr(out, "no reuse "));
+    assert_non_null(strstr(out, "2 s at 128x72, tolerance 1 px, a link of 10 MB/s"));
+    read_back("report.json", one, sizeof one);
+    const char *at = strstr(one, "\"time\": [");
+    assert_non_null(at);
+    int times = 0;
+    for (const char *end = strchr(at, ']'); at != NULL && at < end; at = strchr(at + 1, ',')) {
+        times++;
+    }
+    assert_int_equal(times, 20);
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_picture *picture = NULL;
+    assert_ok(vd_picture_load(context, "worst.png", &picture));
+    assert_true(picture->width == 128 && picture->height == 72);
+    vd_picture_destroy(&picture);
+    vd_context_destroy(&context);
+}
+
+static void errors_are_plotted(void **state) {
+    (void)state;
+    if (system("gnuplot --version >/dev/null 2>&1") != 0) {
+        skip();
+    }
+    evaluates("--virtual --compare 2 --plot error.svg");
+    read_back("error.svg", one, sizeof one);
+    assert_non_null(strstr(one, "<svg"));
+    assert_non_null(strstr(one, "whole screens, mean"));
+    char command[1024];
+    (void)snprintf(command, sizeof command,
+                   "PATH=/nonexistent '%s/veduta' evaluate grove/forest.json orbit.json "
+                   "--plot error.svg >out.txt 2>err.txt",
+                   VEDUTA_BINARY_DIR);
+    const int status = system(command);
+    read_back("err.txt", err, sizeof err);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+    assert_non_null(strstr(err, "gnuplot-nox"));
+}
+
+static void an_interruption_is_told(void **state) {
+    (void)state;
+    char command[1024];
+    (void)snprintf(command, sizeof command,
+                   "timeout -s INT 1 '%s/veduta' evaluate grove/forest.json orbit.json "
+                   "--seconds 5000 -o never.json >out.txt 2>err.txt",
+                   VEDUTA_BINARY_DIR);
+    const int status = system(command);
+    read_back("err.txt", err, sizeof err);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 124); /* timeout's own */
+    assert_non_null(strstr(err, "veduta: interrupted; nothing was written"));
+    assert_int_equal(access("never.json", F_OK), -1);
+}
+
+static void bad_use_is_told(void **state) {
+    (void)state;
+    fails(2, "--tolerance -1", "--tolerance");
+    fails(2, "--tolerance nan", "--tolerance");
+    fails(2, "--budget 0", "--budget: \"0\" is not a time");
+    fails(2, "--budget 5m", "give seconds, such as 0.005 or 5ms");
+    fails(2, "--latency -1s", "--latency");
+    fails(2, "--latency 61", "--latency");
+    fails(2, "--bandwidth fast", "--bandwidth: \"fast\" is not a number of bytes");
+    fails(2, "--bandwidth 0.5", "a link of 0.5 bytes a second brings nothing");
+    fails(2, "--memory 1k", "--memory");
+    fails(2, "--rate 0", "--rate");
+    fails(2, "--compare 0", "--compare");
+    fails(2, "--worst worst.svg", "does not end in .png");
+    fails(2, "--plot error.png", "does not end in .svg");
+    fails(2, "--heading 20", "the path says where the camera is");
+    fails(2, "--bandwith 3", "did you mean --bandwidth?");
+    fails(1, "-o /nonexistent/report.json", "/nonexistent");
+    fails(2, "-o orbit.json", "orbit.json");
+    assert_int_equal(run("", "evaluate"), 2);
+    assert_non_null(strstr(err, "there is nothing to measure"));
+    assert_int_equal(run("", "evaluate grove/forest.json"), 2);
+    assert_non_null(strstr(err, "no path"));
+    assert_int_equal(run("", "evaluate grove/forest.json nothing.json"), 1);
+    assert_non_null(strstr(err, "nothing.json"));
+    write_file("bad.json", "{\"veduta_path\": 1}");
+    assert_int_equal(run("", "evaluate grove/forest.json bad.json"), 1);
+    assert_non_null(strstr(err, "bad.json"));
+    assert_int_equal(run("", "evaluate --help"), 0);
+    assert_non_null(strstr(out, "--bandwidth B"));
+    assert_null(strstr(out, "--heading"));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(impostors_do_better_over_a_slow_link),
+        cmocka_unit_test(without_a_link_screens_are_perfect),
+        cmocka_unit_test(latency_is_seen),
+        cmocka_unit_test(virtual_runs_are_the_same),
+        cmocka_unit_test(real_runs_say_what_they_took),
+        cmocka_unit_test(results_are_written),
+        cmocka_unit_test(errors_are_plotted),
+        cmocka_unit_test(an_interruption_is_told),
+        cmocka_unit_test(bad_use_is_told),
+    };
+    return cmocka_run_group_tests(tests, enter_folder, leave_folder);
+}
