@@ -93,6 +93,39 @@ static void sideways_moves_follow_the_formula(void **state) {
     assert_true(vd_impostor_free_way(5, 5, 500, 1) == 0);
 }
 
+/* A camera that passes a bar at V metres a second makes its picture anew every R frames (eq. 2.4).
+ */
+static void pictures_last_as_long_as_the_formula_says(void **state) {
+    (void)state;
+    const double focal = 800, rate = 60, tolerance = 1;
+    int tried = 0;
+    for (double z = 50; z < 5e3; z *= 1.9) {
+        for (double share = 0.01; share < 0.4; share *= 1.8) {
+            const double d = share * z;
+            const double expected = z * (z - d) * tolerance * rate / (focal * d); /* at 1 m/s */
+            const double speed = expected / 40;                                   /* R = 40 */
+            const vd_vec3 bar[2] = {{0, z, 0}, {0, z - d, 0}};
+            vd_impostor_plane plane = {.depth_m = 0};
+            int frames = 0, made = 0;
+            vd_vec3 eye = {0, 0, 0};
+            for (; eye.x < 0.1 * (z - d); frames++, eye.x += speed / rate) {
+                if (frames == 0 ||
+                    vd_impostor_plane_error(&plane, bar, 2, eye, focal) > tolerance) {
+                    assert_true(
+                        vd_impostor_plane_fit(eye, bar[0], vd_vec3_make(0, 0, 0), bar, 2, &plane));
+                    made++;
+                }
+            }
+            if (made > 4) { /* the last one may not have lasted for as long as it could */
+                const double lasted = (double)frames / made;
+                assert_true(lasted > 40 * (made - 1) / (double)made && lasted < 1.05 * 41);
+                tried++;
+            }
+        }
+    }
+    assert_true(tried > 20);
+}
+
 /* Ray-cast truth: from any new eye, no point of the box is shown farther from its place than the
  * key points say, by more than a quarter of a pixel at one pixel's tolerance. */
 static void key_points_bound_what_is_between(void **state) {
@@ -152,6 +185,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_hold_their_key_points),
         cmocka_unit_test(sideways_moves_follow_the_formula),
+        cmocka_unit_test(pictures_last_as_long_as_the_formula_says),
         cmocka_unit_test(key_points_bound_what_is_between),
         cmocka_unit_test(impossible_planes_are_refused),
     };
