@@ -212,6 +212,31 @@ static void errors_are_plotted(void **state) {
     assert_non_null(strstr(err, "gnuplot-nox"));
 }
 
+/* The committed paths last 30 s, clear of the ground, at their speeds. */
+static void paths_are_as_they_are_said_to_be(void **state) {
+    (void)state;
+    static const struct {
+        const char *name;
+        double mps, within, lowest_m;
+    } paths[] = {{"orbit", 251, 5, 35}, {"flyin", 300, 3, 35}, {"walk", 1.4, 0.05, 1.5}};
+    for (int i = 0; i < 3; i++) {
+        char line[1024];
+        (void)snprintf(line, sizeof line,
+                       "fly --preview --json '" VEDUTA_SOURCE_DIR "/data/mont-blanc.tif' "
+                       "'" VEDUTA_SOURCE_DIR "/data/paths/%s.json'",
+                       paths[i].name);
+        if (run("", line) != 0) {
+            if (strstr(err, "GDAL") != NULL) {
+                skip();
+            }
+            fail_msg("%s: %s", paths[i].name, err);
+        }
+        assert_true(number_in(out, NULL, "duration") == 30.0);
+        assert_true(fabs(number_in(out, NULL, "length_m") / 30 - paths[i].mps) < paths[i].within);
+        assert_true(number_in(out, NULL, "lowest_m") > paths[i].lowest_m);
+    }
+}
+
 static void an_interruption_is_told(void **state) {
     (void)state;
     char command[1024];
@@ -268,6 +293,7 @@ int main(void) {
         cmocka_unit_test(real_runs_say_what_they_took),
         cmocka_unit_test(results_are_written),
         cmocka_unit_test(errors_are_plotted),
+        cmocka_unit_test(paths_are_as_they_are_said_to_be),
         cmocka_unit_test(an_interruption_is_told),
         cmocka_unit_test(bad_use_is_told),
     };
