@@ -288,15 +288,24 @@ static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera
     return view;
 }
 
+/* While things are drawn themselves for want of pictures each picture makes every frame shorter:
+ * then pictures may take half as long as those things did. (By the budget alone a forest of 5,000
+ * direct trees, 300 ms a frame, stays one: eight pictures a frame.) */
+static double budget_s(const vd_impostors *set) {
+    const bool wanting = set->stats.waiting > 0 && set->def.budget_pixels <= 0;
+    return wanting ? fmax(set->def.budget_s, 0.5 * set->stats.direct_s) : set->def.budget_s;
+}
+
 static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view) {
     const uint64_t start = vd_clock_ns();
     const vd_impostor_wish *wishes = set->wishes.data;
     vd_status status = vd_success();
     qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
     const uint64_t before = set->stats.pixels_drawn;
+    const double most_s = budget_s(set);
     size_t i = 0;
     for (; i < set->wishes.count && status.code == VD_OK; i++) {
-        const bool spent = 1e-9 * (double)(vd_clock_ns() - start) > set->def.budget_s ||
+        const bool spent = 1e-9 * (double)(vd_clock_ns() - start) > most_s ||
                            (set->def.budget_pixels > 0 &&
                             set->stats.pixels_drawn - before >= (uint64_t)set->def.budget_pixels);
         if ((i > 0 && spent) || vd_impostors_link_is_full(set)) {
@@ -328,7 +337,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     }
     const uint64_t start = vd_clock_ns();
     set->update++;
-    set->stats.drawn = set->stats.waiting = 0;
+    set->stats.drawn = 0;
     follow(set, camera, time_s);
     vd_impostors_receive(set);
     const vd_impostor_view view = view_of(set, camera, width, height);

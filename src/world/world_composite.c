@@ -231,8 +231,9 @@ static vd_status reserve_band(vd_world_renderer *renderer, const vd_frame *frame
     rows = rows < (size_t)frame->height ? rows : (size_t)frame->height;
     const vd_target *old = renderer->target;
     vd_status status = vd_success();
-    if (old == NULL || old->samples != renderer->samples || renderer->band_width != frame->width ||
-        renderer->band_rows != (int)rows) {
+    /* A wider one serves: impostors are drawn in all sizes. */
+    if (old == NULL || old->samples != renderer->samples || renderer->band_width < frame->width ||
+        (renderer->band_width == frame->width && renderer->band_rows < (int)rows)) {
         vd_target_destroy(&renderer->target);
         status = vd_target_create(renderer->context, frame->width, (int)rows, renderer->samples,
                                   &renderer->target);
@@ -242,6 +243,7 @@ static vd_status reserve_band(vd_world_renderer *renderer, const vd_frame *frame
     if (status.code == VD_OK && blends) {
         status = vd_target_reserve_blended(renderer->target);
     }
+    rows = (size_t)renderer->band_rows;
     const size_t tiles = ((size_t)frame->width + TILE - 1) / TILE * ((rows + TILE - 1) / TILE);
     return status.code != VD_OK ? status
                                 : vd_buffer_reserve(renderer->context, &renderer->mix,
