@@ -9,11 +9,16 @@ typedef struct world_scene {
     bench_scene s;
     vd_world *world;
     vd_world_renderer *renderer;
-    vd_world_stats stats; /* of the last picture */
+    vd_impostors *impostors; /* null: everything is drawn itself */
+    vd_frame *deep;          /* a frame with depth, which they want */
+    vd_world_stats stats;    /* of the last picture */
+    vd_impostor_stats shown; /* likewise */
     int frame;
 } world_scene;
 
 static void finish(world_scene *w) {
+    vd_impostors_destroy(&w->impostors);
+    vd_frame_destroy(&w->deep);
     vd_world_renderer_destroy(&w->renderer);
     vd_world_destroy(&w->world);
     bench_scene_finish(&w->s);
@@ -128,11 +133,32 @@ static vd_status draw_next(void *user) {
     vd_camera camera = w->s.camera;
     const vd_vec3 ahead = vd_quat_rotate(camera.orientation, vd_vec3_make(0, 0, 1));
     camera.eye = vd_vec3_add(camera.eye, vd_vec3_scale(ahead, way));
+    if (w->impostors != NULL) {
+        const vd_status status = vd_impostors_update(w->impostors, NULL, &camera, w->deep->width,
+                                                     w->deep->height, w->frame / 60.0, NULL);
+        return status.code == VD_OK
+                   ? vd_impostors_draw(w->impostors, NULL, &camera, w->deep, &w->shown)
+                   : status;
+    }
     return vd_world_renderer_draw(w->renderer, NULL, &camera, w->s.frame, &w->stats);
 }
 
+/* Impostors, once round the flight, so that those that can be there are. */
+static vd_status begin_impostors(world_scene *w) {
+    vd_status status =
+        vd_impostors_create(w->s.context, w->world, w->renderer, NULL, &w->impostors);
+    if (status.code == VD_OK) {
+        status = vd_frame_create(w->s.context, w->s.frame->width, w->s.frame->height,
+                                 VD_PLANE_DEPTH, &w->deep);
+    }
+    for (int i = 0; i < 240 && status.code == VD_OK; i++) {
+        status = draw_next(w);
+    }
+    return status;
+}
+
 static vd_status measure(bench_run *run, const bench_case *self, world_scene *w, const char *method,
-                         int samples) {
+                         int samples, bool impostors) {
     vd_world_renderer_def def = vd_world_renderer_def_default();
     def.samples = samples;
     vd_status status = vd_world_renderer_create(w->s.context, NULL, w->world, &def, &w->renderer);
@@ -145,6 +171,9 @@ static vd_status measure(bench_run *run, const bench_case *self, world_scene *w,
         result.target_fps = bench_target_fps(self, result.isa, result.threads);
     }
     w->frame = 0;
+    if (status.code == VD_OK && impostors) {
+        status = begin_impostors(w);
+    }
     if (status.code == VD_OK) {
         status = bench_measure(run, draw_next, w, bench_wall_ms, &result);
     }
@@ -152,12 +181,19 @@ static vd_status measure(bench_run *run, const bench_case *self, world_scene *w,
     snprintf(result.note, sizeof result.note, "%u of %u; ms: %.1f ground, %.1f prepare, %.1f rest",
              (unsigned)t->drawn, (unsigned)t->objects, 1e3 * t->ground_s, 1e3 * t->prepare_s,
              1e3 * (t->objects_s + t->finish_s));
+    if (impostors) {
+        const vd_impostor_stats *i = &w->shown;
+        snprintf(result.note, sizeof result.note,
+                 "%u shown, %u direct; ms: %.1f direct, %.1f shown, %.1f drawn", (unsigned)i->shown,
+                 (unsigned)i->direct, 1e3 * i->direct_s, 1e3 * i->show_s, 1e3 * i->draw_s);
+    }
+    vd_impostors_destroy(&w->impostors);
     vd_world_renderer_destroy(&w->renderer);
     return status.code == VD_OK ? bench_add(run, &result) : status;
 }
 
 static vd_status measure_size(bench_run *run, const bench_case *self, vd_isa isa, int threads,
-                              double scale, const char *method, int samples) {
+                              double scale, const char *method, int samples, bool impostors) {
     world_scene w = {.frame = 0};
     vd_status status =
         bench_scene_init(&w.s, run, BENCH_MAP_METRES, 0, isa, threads,
@@ -169,24 +205,29 @@ static vd_status measure_size(bench_run *run, const bench_case *self, vd_isa isa
     bench_set_everything(&w.s);
     status = make_world(&w);
     if (status.code == VD_OK) {
-        status = measure(run, self, &w, method, samples);
+        status = measure(run, self, &w, method, samples, impostors);
     }
     finish(&w);
     return status;
 }
 
 vd_status bench_world(bench_run *run, const bench_case *self) {
+    static const struct {
+        const char *method;
+        double scale;
+        int samples;
+        bool impostors;
+    } ways[] = {{"moving, 3/4", 0.75, 1, false},
+                {"moving", 1.0, 1, false},
+                {"impostors, 3/4", 0.75, 1, true},
+                {"impostors", 1.0, 1, true},
+                {"still", 1.0, 4, false}};
     vd_status status = vd_success();
-    for (int i = 0; i < run->isa_count && status.code == VD_OK; i++) {
-        for (int t = 0; t < run->thread_count && status.code == VD_OK; t++) {
-            const vd_isa isa = run->isas[i];
-            const int threads = run->threads[t];
-            status = measure_size(run, self, isa, threads, 0.75, "moving, 3/4", 1);
-            if (status.code == VD_OK) {
-                status = measure_size(run, self, isa, threads, 1.0, "moving", 1);
-            }
-            if (status.code == VD_OK) {
-                status = measure_size(run, self, isa, threads, 1.0, "still", 4);
+    for (int i = 0; i < run->isa_count; i++) {
+        for (int t = 0; t < run->thread_count; t++) {
+            for (size_t k = 0; k < sizeof ways / sizeof ways[0] && status.code == VD_OK; k++) {
+                status = measure_size(run, self, run->isas[i], run->threads[t], ways[k].scale,
+                                      ways[k].method, ways[k].samples, ways[k].impostors);
             }
         }
     }
