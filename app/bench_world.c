@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-enum { TREES = 1000, RINGS = 21, SECTORS = 12 }; /* 504 triangles a tree */
+enum { TREES = 1000, NAMES = 50, RINGS = 21, SECTORS = 12 }; /* 504 triangles a tree */
 
 typedef struct world_scene {
     bench_scene s;
@@ -102,6 +102,40 @@ static vd_status plant(world_scene *w, uint32_t model, vd_vec3 min, vd_vec3 max)
     return status;
 }
 
+/* Names among the trees; boxes stand for letters, which cost as much by their edges. */
+static vd_status add_names(world_scene *w) {
+    static const double box[4][2] = {{0, 0}, {90, 0}, {90, -14}, {0, -14}};
+    static const uint8_t verbs[5] = {VD_PATH_MOVE, VD_PATH_LINE, VD_PATH_LINE, VD_PATH_LINE,
+                                     VD_PATH_CLOSE};
+    uint64_t random = 2;
+    vd_status status = vd_success();
+    const vd_vec3 ahead = vd_quat_rotate(w->s.camera.orientation, vd_vec3_make(0, 0, 1));
+    for (int i = 0; i < NAMES && status.code == VD_OK; i++) {
+        const double along = 500.0 + 8000.0 * uniform(&random);
+        const double beside = 1.4 * along * (uniform(&random) - 0.5);
+        const double x = w->s.camera.eye.x + ahead.x * along - ahead.y * beside;
+        const double y = w->s.camera.eye.y + ahead.y * along + ahead.x * beside;
+        const vd_label_def def = {
+            .text = "name",
+            .place = {x, y, vd_world_ground(w->world, x, y)},
+            .outline = {.points = box, .point_count = 4, .verbs = verbs, .verb_count = 5},
+            .advance = 90.0f,
+            .ascent = 14.0f,
+            .color = {255, 255, 255, 255},
+            .halo = {0, 0, 0, 160},
+            .priority = i};
+        vd_object *object = NULL;
+        if (isfinite(def.place.z)) {
+            status = vd_label_create(w->s.context, &def, &object);
+        }
+        if (object != NULL) {
+            status = vd_world_add(w->world, &object);
+        }
+        vd_object_destroy(w->s.context, &object);
+    }
+    return status;
+}
+
 static vd_status make_world(world_scene *w) {
     const vd_world_def def = {w->s.terrain};
     vd_model *tree = NULL;
@@ -117,6 +151,9 @@ static vd_status make_world(world_scene *w) {
     }
     if (status.code == VD_OK) {
         status = plant(w, number, min, max);
+    }
+    if (status.code == VD_OK) {
+        status = add_names(w);
     }
     if (status.code == VD_OK) {
         status = vd_world_arrange(w->world, NULL);
