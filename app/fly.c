@@ -227,11 +227,12 @@ static vd_status report(const fly *f) {
         json_t *root = describe(f);
         const double share =
             r->processor_seconds / (r->seconds * vd_context_threads(f->run.context));
-        json_t *all = json_pack("{s: s, s: i, s: i, s: i, s: i, s: I, s: f, s: f, s: f}", "output",
-                                s->output, "done", r->done, "drawn", r->drawn, "repeated",
+        json_t *all = json_pack("{s: s, s: i, s: i, s: i, s: i, s: I, s: f, s: f, s: f, s: I}",
+                                "output", s->output, "done", r->done, "drawn", r->drawn, "repeated",
                                 r->repeated, "taken", r->taken, "bytes", (json_int_t)r->bytes,
                                 "seconds", vd_seconds_now() - f->run.start, "flight_seconds",
-                                r->seconds, "processor_share", share);
+                                r->seconds, "processor_share", share, "memory_peak_bytes",
+                                (json_int_t)vd_context_memory(f->run.context).bytes_peak);
         const bool failed = root == NULL || all == NULL || json_object_update(root, all) != 0;
         json_decref(all);
         if (failed) {

@@ -359,6 +359,20 @@ static void preview_says_length_and_clearance(void **state) {
     FAILS(2, "is a PNG", "path.json", "--preview", "-o", "map.mp4");
 }
 
+/* Memory does not grow with the path: forty frames take what four hundred do. */
+static void memory_is_flat(void **state) {
+    (void)state;
+    write_file("path.json", path_json);
+    double peaks[2];
+    for (int i = 0; i < 2; i++) {
+        SUCCEEDS("path.json", "-o", "flat.mp4", "-s", "64x36", "--fps", "40", "--duration",
+                 i == 0 ? "1" : "10", "--json");
+        assert_int_equal((int)number_of("\"frames\": "), i == 0 ? 40 : 400);
+        peaks[i] = number_of("\"memory_peak_bytes\": ");
+    }
+    assert_true(peaks[0] > 1e5 && peaks[1] == peaks[0]);
+}
+
 static void dry_runs_write_nothing(void **state) {
     (void)state;
     write_file("path.json", path_json);
@@ -578,6 +592,7 @@ int main(void) {
         cmocka_unit_test(frames_are_encoded_again),
         cmocka_unit_test(resting_cameras_are_drawn_once),
         cmocka_unit_test(preview_says_length_and_clearance),
+        cmocka_unit_test(memory_is_flat),
         cmocka_unit_test(dry_runs_write_nothing),
         cmocka_unit_test(progress_is_json_lines),
         cmocka_unit_test(tracks_are_walked),
