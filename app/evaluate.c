@@ -183,12 +183,6 @@ static vd_status read_settings(int argc, char **argv, vd_options *options,
         status = vd_render_read_files(options, content);
     }
     if (status.code == VD_OK) {
-        status = vd_render_prefer_flags(options);
-    }
-    if (status.code == VD_OK) {
-        status = vd_render_apply_preset(options);
-    }
-    if (status.code == VD_OK) {
         status = vd_evaluate_settings_read(options, *path, out);
     }
     if (status.code == VD_OK) {

@@ -408,12 +408,6 @@ static vd_status read_settings(int argc, char **argv, vd_options *options,
         status = vd_render_read_files(options, content);
     }
     if (status.code == VD_OK) {
-        status = vd_render_prefer_flags(options);
-    }
-    if (status.code == VD_OK) {
-        status = vd_render_apply_preset(options);
-    }
-    if (status.code == VD_OK) {
         status = vd_fly_settings_read(options, *path, out);
     }
     return vd_world_file_blame(options, content, &status);

@@ -62,7 +62,10 @@ vd_status vd_render_read_files(vd_options *options, vd_world_content *content) {
         free(named[i]);
     }
     free(named);
-    return status;
+    if (status.code == VD_OK) {
+        status = vd_render_prefer_flags(options);
+    }
+    return status.code == VD_OK ? vd_render_apply_preset(options) : status;
 }
 
 vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
@@ -74,12 +77,6 @@ vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
         return status;
     }
     status = vd_render_read_files(options, content);
-    if (status.code == VD_OK) {
-        status = vd_render_prefer_flags(options);
-    }
-    if (status.code == VD_OK) {
-        status = vd_render_apply_preset(options);
-    }
     if (status.code == VD_OK) {
         status = vd_render_settings_read(options, settings);
     }
