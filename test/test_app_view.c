@@ -175,7 +175,7 @@ static int cameras(char last[2048]) {
         }
         *end = '\0';
         if (last != NULL) {
-            snprintf(last, 2048, "%s", line);
+            snprintf(last, 2048, "%.2047s", line);
         }
         count++;
         line = end + 1;

@@ -85,6 +85,12 @@ VD_API VD_MUST_USE vd_status vd_mesh_create(vd_context *context, const vd_mesh_d
                                             vd_mesh **out);
 VD_API void vd_mesh_destroy(vd_context *context, vd_mesh **mesh);
 
+/* Checks a block that came from outside (every offset and size, indices, parts, finite numbers,
+ * bounds) before it is used as a mesh; safe for any bytes. Cost: a pass over the block. Returns
+ * VD_ERROR_FORMAT with what is wrong, or VD_ERROR_ARGUMENT when it does not lie at a multiple of 64
+ * bytes. */
+VD_API VD_MUST_USE vd_status vd_mesh_validate(const void *block, size_t size_bytes);
+
 /* Bounds in the world, in metres: anchor + min, anchor + max. */
 VD_API void vd_mesh_bounds(const vd_mesh *mesh, vd_vec3 *min, vd_vec3 *max);
 

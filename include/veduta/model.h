@@ -117,6 +117,22 @@ VD_API VD_MUST_USE vd_status vd_model_create(vd_context *context, const vd_model
 
 VD_API void vd_model_destroy(vd_model **model);
 
+/* ---- as a block -------------------------------------------------------------------------------
+ * A model is also one relocatable block: meshes, materials and textures, found by offsets, to be
+ * sent, kept, and read back to the same pictures. */
+
+/* Returns the block's size, a multiple of 64 bytes. */
+VD_API size_t vd_model_packed_bytes(const vd_model *model);
+
+/* Writes the block: vd_model_packed_bytes at a multiple of 64 bytes. */
+VD_API void vd_model_pack(const vd_model *model, void *block);
+
+/* Checks a block, whatever its bytes are, and makes a model of it. *out is owned by the caller.
+ * Returns VD_ERROR_FORMAT with what is wrong, VD_ERROR_ARGUMENT (not at a multiple of 64 bytes) or
+ * VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_model_unpack(vd_context *context, const void *block,
+                                             size_t size_bytes, vd_model **out);
+
 /* Bounds of everything in the file's own axes, in its own unit. */
 VD_API void vd_model_bounds(const vd_model *model, vd_vec3 *min, vd_vec3 *max);
 

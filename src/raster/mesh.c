@@ -249,6 +249,89 @@ vd_status vd_mesh_create(vd_context *context, const vd_mesh_def *def, vd_mesh **
     return status;
 }
 
+/* ---- from outside -----------------------------------------------------------------------------*/
+
+/* Whether a head is the one that its counts lead to. */
+static bool head_fits(const vd_mesh *head, size_t size_bytes) {
+    if (head->topology >= VD_TOPOLOGY_COUNT || head->vertex_count > VD_MESH_MAX_VERTICES ||
+        head->index_count > VD_MESH_MAX_INDICES || head->extra_count < 0 ||
+        head->extra_count > VD_MESH_MAX_COMPONENTS - 5 || head->part_count < 1 ||
+        head->part_count > INT32_MAX || head->index_count % corners(head->topology) != 0) {
+        return false;
+    }
+    static const float there = 0.0f;
+    vd_mesh_def def = vd_mesh_def_default();
+    def.anchor = head->anchor;
+    def.topology = (vd_topology)head->topology;
+    def.vertex_count = head->vertex_count;
+    def.part_count = (int)head->part_count;
+    def.normals = head->normal >= 0 ? &there : NULL;
+    def.uvs = head->uv >= 0 ? &there : NULL;
+    def.extra = head->extra >= 0 ? &there : NULL;
+    def.extra_count = head->extra_count;
+    vd_mesh expected;
+    lay_out(&def, head->index_count, &expected);
+    for (int i = 0; i < 3; i++) {
+        expected.min[i] = head->min[i];
+        expected.max[i] = head->max[i];
+    }
+    return memcmp(&expected, head, sizeof expected) == 0 && expected.size_bytes == size_bytes &&
+           isfinite(head->anchor.x) && isfinite(head->anchor.y) && isfinite(head->anchor.z);
+}
+
+static bool positions_fit(const vd_mesh *mesh) {
+    bool fit = true;
+    for (int axis = 0; axis < 3; axis++) {
+        const float *p = vd_mesh_positions(mesh, axis);
+        float min = mesh->vertex_count > 0 ? p[0] : 0.0f, max = min;
+        for (size_t i = 0; i < mesh->vertex_stride; i++) {
+            fit = fit && isfinite(p[i]);
+            min = p[i] < min ? p[i] : min;
+            max = p[i] > max ? p[i] : max;
+        }
+        fit = fit && min == mesh->min[axis] && max == mesh->max[axis];
+    }
+    const float *attributes = vd_mesh_attributes(mesh, 0);
+    const size_t count = (size_t)mesh->group_count * mesh->vertex_stride * 4;
+    for (size_t i = 0; i < count && fit; i++) {
+        fit = isfinite(attributes[i]);
+    }
+    return fit;
+}
+
+static bool primitives_fit(const vd_mesh *mesh) {
+    const uint32_t *indices = vd_mesh_indices(mesh);
+    bool fit = true;
+    for (size_t i = 0; i < mesh->index_count && fit; i++) {
+        fit = indices[i] < mesh->vertex_count;
+    }
+    uint64_t at = 0;
+    for (uint32_t i = 0; i < mesh->part_count && fit; i++) {
+        fit = vd_mesh_parts(mesh)[i].first == at;
+        at += vd_mesh_parts(mesh)[i].count;
+    }
+    return fit && at == mesh->primitive_count;
+}
+
+vd_status vd_mesh_validate(const void *block, size_t size_bytes) {
+    if ((uintptr_t)block % 64 != 0) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "a mesh's block lies at no multiple of 64 bytes; copy it to one");
+    }
+    const vd_mesh *mesh = block;
+    const char *wrong = size_bytes < sizeof *mesh || memcmp(mesh->magic, magic, sizeof magic) != 0
+                            ? "beginning"
+                        : !head_fits(mesh, size_bytes) ? "head"
+                        : !positions_fit(mesh)         ? "vertices"
+                        : !primitives_fit(mesh)        ? "primitives"
+                                                       : NULL;
+    return wrong == NULL ? vd_success()
+                         : vd_failure(VD_ERROR_FORMAT,
+                                      "a mesh's block is damaged: its %s cannot be so; write or "
+                                      "send it again",
+                                      wrong);
+}
+
 void vd_mesh_destroy(vd_context *context, vd_mesh **mesh) {
     if (mesh != NULL) {
         vd_release(context, *mesh);

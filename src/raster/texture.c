@@ -44,21 +44,22 @@ static void halve(const vd_texture_level *fine, vd_texture_level *coarse) {
     }
 }
 
-vd_status vd_texture_create(vd_context *context, const vd_picture *picture, vd_texture **out) {
-    if (picture->width > MAX_SIDE || picture->height > MAX_SIDE) {
+/* Memory for all levels of a size. */
+static vd_status allocate_levels(vd_context *context, int width, int height, vd_texture **out) {
+    if (width > MAX_SIDE || height > MAX_SIDE) {
         return vd_failure(VD_ERROR_LIMIT,
-                          "a texture of %d × %d pixels is too large; no side may exceed %d",
-                          picture->width, picture->height, MAX_SIDE);
+                          "a texture of %d × %d pixels is too large; no side may exceed %d", width,
+                          height, MAX_SIDE);
     }
     size_t texels = 0;
-    int width = picture->width, height = picture->height, levels = 1;
+    int w = width, h = height, levels = 1;
     for (;; levels++) {
-        texels += (size_t)width * (size_t)height;
-        if (width == 1 && height == 1) {
+        texels += (size_t)w * (size_t)h;
+        if (w == 1 && h == 1) {
             break;
         }
-        width = width > 1 ? width / 2 : 1;
-        height = height > 1 ? height / 2 : 1;
+        w = w > 1 ? w / 2 : 1;
+        h = h > 1 ? h / 2 : 1;
     }
     vd_texture *texture = vd_allocate_zero(context, 1, sizeof *texture);
     uint8_t *memory = vd_allocate(context, texels, 4);
@@ -69,22 +70,39 @@ vd_status vd_texture_create(vd_context *context, const vd_picture *picture, vd_t
     }
     texture->context = context;
     texture->level_count = levels;
-    width = picture->width;
-    height = picture->height;
     for (int l = 0; l < levels; l++) {
-        vd_texture_level *level = &texture->levels[l];
-        *level = (vd_texture_level){width, height, memory};
-        if (l == 0) {
-            fill_base(picture, level);
-        } else {
-            halve(level - 1, level);
-        }
+        texture->levels[l] = (vd_texture_level){width, height, memory};
         memory += 4 * (size_t)width * (size_t)height;
         width = width > 1 ? width / 2 : 1;
         height = height > 1 ? height / 2 : 1;
     }
     *out = texture;
     return vd_success();
+}
+
+static void fill_coarse(vd_texture *texture) {
+    for (int l = 1; l < texture->level_count; l++) {
+        halve(&texture->levels[l - 1], &texture->levels[l]);
+    }
+}
+
+vd_status vd_texture_create(vd_context *context, const vd_picture *picture, vd_texture **out) {
+    const vd_status status = allocate_levels(context, picture->width, picture->height, out);
+    if (status.code == VD_OK) {
+        fill_base(picture, &(*out)->levels[0]);
+        fill_coarse(*out);
+    }
+    return status;
+}
+
+vd_status vd_texture_create_from_texels(vd_context *context, const uint8_t *texels, int width,
+                                        int height, vd_texture **out) {
+    const vd_status status = allocate_levels(context, width, height, out);
+    if (status.code == VD_OK) {
+        memcpy((*out)->levels[0].texels, texels, (size_t)width * (size_t)height * 4);
+        fill_coarse(*out);
+    }
+    return status;
 }
 
 void vd_texture_destroy(vd_texture **texture_in_out) {

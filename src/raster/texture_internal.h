@@ -18,4 +18,9 @@ struct vd_texture {
     vd_texture_level levels[VD_TEXTURE_MAX_LEVELS]; /* one allocation, the first level's */
 };
 
+/* As vd_texture_create, from the finest level as a texture has it: RGBA, alpha multiplied in, no
+ * colour above its alpha, [height][width]. */
+VD_MUST_USE vd_status vd_texture_create_from_texels(vd_context *context, const uint8_t *texels,
+                                                    int width, int height, vd_texture **out);
+
 #endif
