@@ -9,7 +9,14 @@
 #include "render_run.h"
 #include "window.h"
 
-enum { VIEW_JOIN = OPTION_COUNT, VIEW_FULL_SCREEN, VIEW_FRAMES, VIEW_COUNT };
+enum {
+    VIEW_JOIN = OPTION_COUNT,
+    VIEW_FULL_SCREEN,
+    VIEW_IMPOSTORS,
+    VIEW_TOLERANCE,
+    VIEW_FRAMES,
+    VIEW_COUNT
+};
 
 #define WINDOW "Window"
 
@@ -23,6 +30,19 @@ static const vd_option own[VIEW_COUNT - OPTION_COUNT] = {
      .group = WINDOW,
      .type = VD_OPTION_SWITCH,
      .help = "begin with a window as large as the screen (F11)"},
+    {.key = "impostors",
+     .group = WINDOW,
+     .type = VD_OPTION_SWITCH,
+     .help = "while the camera moves pictures stand in for things as long as they are right "
+             "(docs/impostors.md)"},
+    {.key = "tolerance",
+     .group = WINDOW,
+     .type = VD_OPTION_REAL,
+     .argument = "PX",
+     .max = 1000,
+     .unit = "pixels",
+     .fallback = "1",
+     .help = "how wrong such a picture may become before it is drawn anew; 0: always"},
     {.key = "frames",
      .group = WINDOW,
      .type = VD_OPTION_INTEGER,
@@ -126,7 +146,12 @@ static vd_status run(vd_options *options, const vd_render_settings *settings,
     for (size_t i = 0; i < content->warning_count; i++) {
         vd_notes_log(&notes, VD_LOG_WARNING, content->warnings[i]);
     }
+    vd_impostor_def impostors = vd_impostor_def_default();
+    impostors.tolerance_px = options->values[VIEW_TOLERANCE].number;
+    impostors.samples = settings->samples;
+    const bool by_impostors = options->values[VIEW_IMPOSTORS].number != 0.0;
     const vd_window_def def = {.options = options,
+                               .impostors = by_impostors ? &impostors : NULL,
                                .settings = *settings,
                                .content = content,
                                .join = joins(options, content),

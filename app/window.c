@@ -502,6 +502,7 @@ static vd_status furnish(vd_window *w) {
     if (status.code == VD_OK) {
         const vd_window_render_def render = {.threads = w->settings.threads,
                                              .content = w->def->content,
+                                             .impostors = w->def->impostors,
                                              .period_s = w->period_s,
                                              .wake = wake,
                                              .wake_user = w,

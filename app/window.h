@@ -6,10 +6,11 @@
 #include "world_content.h"
 
 typedef struct vd_window_def {
-    vd_options *options;             /* of the table of `veduta render`; the window changes them */
-    vd_render_settings settings;     /* as they were read */
-    const vd_world_content *content; /* what a world file has beside them; null: none */
-    bool join;                       /* all inputs are one world; else each is one */
+    vd_options *options;              /* of the table of `veduta render`; the window changes them */
+    vd_render_settings settings;      /* as they were read */
+    const vd_impostor_def *impostors; /* while moving; null: none */
+    const vd_world_content *content;  /* what a world file has beside them; null: none */
+    bool join;                        /* all inputs are one world; else each is one */
     bool full_screen;
     int frames; /* end after so many pictures; 0: when the window is closed */
     vd_notes *notes;

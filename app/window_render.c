@@ -182,7 +182,7 @@ static void open_world(vd_window_render *render, world *w, const vd_window_reque
     vd_window_scene made;
     vd_status status = vd_window_scene_open(render->context, render->job, &request->settings,
                                             w == render->worlds ? render->def.content : NULL,
-                                            set_stage, render, &made);
+                                            render->def.impostors, set_stage, render, &made);
     pthread_mutex_lock(&render->lock);
     w->state = status.code == VD_OK ? VD_WORLD_READY : VD_WORLD_FAILED;
     if (status.code == VD_OK) {

@@ -55,9 +55,10 @@ typedef struct vd_window_render vd_window_render;
 
 typedef struct vd_window_render_def {
     int threads;
-    const vd_world_content *content; /* of the first world; null: nothing beside its terrain */
-    double period_s;                 /* of the display */
-    void (*wake)(void *user);        /* called by the render thread when there is something new */
+    const vd_world_content *content;  /* of the first world; null: nothing beside its terrain */
+    const vd_impostor_def *impostors; /* while moving; null: none */
+    double period_s;                  /* of the display */
+    void (*wake)(void *user);         /* called by the render thread when there is something new */
     void *wake_user;
     vd_log_function *log;
     void *log_user;

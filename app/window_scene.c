@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "render_terrain.h"
+#include "run.h"
 #include "world_scene.h"
 
 typedef struct world {
@@ -14,6 +15,9 @@ typedef struct world {
     const vd_world_content *content;
     vd_world_scene *scene;
     vd_world_renderer *renderer;
+    bool by_impostors; /* while moving */
+    vd_impostor_def impostor_def;
+    vd_impostors *impostors;   /* of the renderer; made when the camera first moves */
     vd_render_settings looked; /* as last taken over */
     char colormap[256];        /* its name there */
     double auto_haze_m;
@@ -22,11 +26,29 @@ typedef struct world {
     _Atomic double exaggeration; /* `ground` is asked from another thread */
 } world;
 
+static vd_status draw_impostors(world *w, vd_job *job, const vd_camera *camera, vd_frame *frame) {
+    vd_status status = vd_success();
+    if (w->impostors == NULL) {
+        status = vd_impostors_create(w->context, w->scene->world, w->renderer, &w->impostor_def,
+                                     &w->impostors);
+    }
+    if (status.code == VD_OK) {
+        status = vd_impostors_update(w->impostors, job, camera, frame->width, frame->height,
+                                     vd_seconds_now(), NULL);
+    }
+    return status.code == VD_OK ? vd_impostors_draw(w->impostors, job, camera, frame, NULL)
+                                : status;
+}
+
 static vd_status draw(void *user, vd_job *job, const vd_camera *camera, vd_window_quality quality,
                       vd_frame *frame) {
     world *w = user;
     vd_status status =
         vd_world_renderer_set_samples(w->renderer, quality == VD_WINDOW_MOVING ? 1 : w->samples);
+    if (status.code == VD_OK && w->by_impostors && quality == VD_WINDOW_MOVING &&
+        camera->projection == VD_PROJECTION_PERSPECTIVE) {
+        return draw_impostors(w, job, camera, frame);
+    }
     return status.code == VD_OK ? vd_world_renderer_draw(w->renderer, job, camera, frame, NULL)
                                 : status;
 }
@@ -85,6 +107,7 @@ static vd_status change_surface(world *w, vd_job *job, const vd_render_settings 
         return status;
     }
     scene->look = vd_render_terrain_def(s, &scene->scene, &scene->colormap);
+    vd_impostors_destroy(&w->impostors);
     if (scene->look.exaggeration != before && w->renderer != NULL) {
         vd_world_renderer_destroy(&w->renderer);
         status = vd_world_scene_rebuild(scene, &run);
@@ -111,6 +134,7 @@ static vd_status look(void *user, vd_job *job, const vd_render_settings *setting
     } else if (!same_light(&s, &w->looked)) {
         vd_world_scene *scene = w->scene;
         scene->look.light = vd_render_terrain_def(&s, &scene->scene, &scene->colormap).light;
+        vd_impostors_destroy(&w->impostors); /* they show the old light */
         w->looked.sun_azimuth = NAN; /* a failure leaves colours unfinished: do them again */
         status = vd_world_renderer_light(w->renderer, job, &scene->look.light);
     }
@@ -127,6 +151,7 @@ static vd_status look(void *user, vd_job *job, const vd_render_settings *setting
 
 static void destroy(void *user) {
     world *w = user;
+    vd_impostors_destroy(&w->impostors);
     vd_world_renderer_destroy(&w->renderer);
     vd_world_scene_destroy(&w->scene);
     free(w);
@@ -177,14 +202,17 @@ static vd_status settle_view(world *w, vd_render_run *run, vd_window_scene *out)
 }
 
 vd_status vd_window_scene_open(vd_context *context, vd_job *job, const vd_render_settings *settings,
-                               const vd_world_content *content, vd_window_stage_function *stage,
-                               void *stage_user, vd_window_scene *out) {
+                               const vd_world_content *content, const vd_impostor_def *impostors,
+                               vd_window_stage_function *stage, void *stage_user,
+                               vd_window_scene *out) {
     world *w = calloc(1, sizeof *w);
     if (w == NULL) {
         return vd_failure(VD_ERROR_MEMORY, "out of memory while opening a world");
     }
     w->context = context;
     w->content = content;
+    w->by_impostors = impostors != NULL;
+    w->impostor_def = impostors != NULL ? *impostors : vd_impostor_def_default();
     vd_render_settings s = *settings;
     s.allow_empty = true; /* a camera that shows nothing can be flown on */
     vd_render_run run = {.settings = &s, .content = content, .context = context, .job = job};

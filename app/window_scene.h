@@ -45,11 +45,13 @@ typedef void vd_window_stage_function(void *user, const char *stage);
 
 /* Opens what the settings name (of which `colormap` need not outlive the call) and makes it ready
  * to be drawn; *out is ended by its destroy. `content` (null: nothing beside the terrain) must
- * outlive it. `job` tells how far it is and may cancel it. Returns
- * the errors of loading and of vd_terrain_renderer_create. */
+ * outlive it. `impostors` (null: none) is how pictures stand in for things while the camera moves.
+ * `job` tells how far it is and may cancel it. Returns the errors of loading and of
+ * vd_terrain_renderer_create. */
 VD_MUST_USE vd_status vd_window_scene_open(vd_context *context, vd_job *job,
                                            const vd_render_settings *settings,
                                            const vd_world_content *content,
+                                           const vd_impostor_def *impostors,
                                            vd_window_stage_function *stage, void *stage_user,
                                            vd_window_scene *out);
 

@@ -410,6 +410,31 @@ static void screenshots_are_what_render_draws(void **unused) {
     assert_non_null(strstr(text, "veduta:camera"));
 }
 
+/* A world with all kinds of things, by impostors on the way; at rest it is what render draws. */
+static void worlds_are_shown_by_impostors(void **unused) {
+    (void)unused;
+    NEEDS_DISPLAY();
+    static const char *const village = VEDUTA_SOURCE_DIR "/example/worlds/village.json";
+    char camera[2048];
+    remove("veduta-view-0001.png");
+    VIEW(village, "--impostors", "--tolerance", "0.7");
+    wait_until_ready();
+    assert_int_equal(RUN(10, "xdotool", "keydown", "w"), 0);
+    rest(0.5);
+    assert_int_equal(RUN(10, "xdotool", "keydown", "a"), 0);
+    rest(0.5);
+    assert_int_equal(RUN(10, "xdotool", "keyup", "w", "keyup", "a"), 0);
+    key("i"); /* a world of other heights is made anew */
+    assert_int_equal(RUN(10, "xdotool", "keydown", "s"), 0);
+    rest(0.3);
+    assert_int_equal(RUN(10, "xdotool", "keyup", "s"), 0);
+    camera_at_rest(camera);
+    key("F12");
+    wait_for_file("veduta-view-0001.png");
+    compare_with_render(village, camera, "veduta-view-0001.png");
+    close_viewer();
+}
+
 static void the_mouse_turns_and_sets(void **unused) {
     (void)unused;
     NEEDS_DISPLAY();
@@ -746,6 +771,7 @@ int main(void) {
         cmocka_unit_test(without_a_display_it_says_so),
         cmocka_unit_test_teardown(every_key_does_something, no_viewer),
         cmocka_unit_test_teardown(screenshots_are_what_render_draws, no_viewer),
+        cmocka_unit_test_teardown(worlds_are_shown_by_impostors, no_viewer),
         cmocka_unit_test_teardown(the_mouse_turns_and_sets, no_viewer),
         cmocka_unit_test_teardown(worlds_are_switched, no_viewer),
         cmocka_unit_test_teardown(the_window_is_resized, no_viewer),

@@ -64,6 +64,7 @@ struct vd_impostors {
     vd_list direct;    /* uint32_t nodes */
     vd_list quads;     /* vd_quad, of the last picture */
     vd_display *display;
+    vd_buffer depth;  /* of a frame that has none */
     vd_list wishes;   /* vd_impostor_wish */
     vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
     size_t canvas_pixels;

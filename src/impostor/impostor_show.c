@@ -134,21 +134,14 @@ static vd_status gather_quads(vd_impostors *set, const vd_camera *camera) {
     return status;
 }
 
-vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *camera,
-                            vd_frame *frame, vd_impostor_stats *stats) {
-    vd_status status = vd_camera_validate(camera);
-    if (status.code == VD_OK && frame->depth == NULL) {
-        status = vd_failure(VD_ERROR_ARGUMENT, "impostors are shown in a frame that has depth; "
-                                               "create it with VD_PLANE_DEPTH");
-    }
-    if (status.code != VD_OK) {
-        return status;
-    }
+/* All of it, into a frame that has depth. */
+static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                          vd_frame *frame) {
     const uint64_t start = vd_clock_ns();
     vd_pass pass;
     vd_world_stats own = {.objects = 0};
-    status = vd_world_draw_nodes(set->renderer, job, camera, set->direct.data, set->direct.count,
-                                 frame, &pass, &own);
+    vd_status status = vd_world_draw_nodes(set->renderer, job, camera, set->direct.data,
+                                           set->direct.count, frame, &pass, &own);
     const uint64_t things = vd_clock_ns();
     if (status.code == VD_OK) {
         status = gather_quads(set, camera);
@@ -166,6 +159,24 @@ vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *cam
         status = vd_world_draw_over(set->renderer, job, &pass, frame);
     }
     set->stats.direct_s = 1e-9 * (double)(things - start);
+    return status;
+}
+
+vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                            vd_frame *frame, vd_impostor_stats *stats) {
+    vd_status status = vd_camera_validate(camera);
+    const bool lend = frame->depth == NULL;
+    if (status.code == VD_OK && lend) {
+        status = vd_buffer_reserve(set->context, &set->depth, "a picture's depth",
+                                   frame->stride * (size_t)frame->height, sizeof(float));
+        frame->depth = set->depth.memory;
+    }
+    if (status.code == VD_OK) {
+        status = draw_all(set, job, camera, frame);
+    }
+    if (lend) {
+        frame->depth = NULL;
+    }
     if (stats != NULL) {
         *stats = set->stats;
     }

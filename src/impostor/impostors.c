@@ -111,6 +111,7 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_release(set->context, set->direct.data);
     vd_release(set->context, set->wishes.data);
     vd_release(set->context, set->quads.data);
+    vd_release(set->context, set->depth.memory);
     vd_display_destroy(&set->display);
     vd_release(set->context, set);
     *impostors = NULL;
