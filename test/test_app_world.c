@@ -110,8 +110,8 @@ static void test_examples(void **state) {
         const char *arguments, *hash;
         long drawn;
     } pictures[] = {
-        {WORLDS "/village.json -s 480x270", "e5fb9aa222e83445", 21},
-        {WORLDS "/village.json -s 480x270 --camera above", "042656d1dadaebee", 21},
+        {WORLDS "/village.json -s 480x270", "8d09067dea885c49", 21},
+        {WORLDS "/village.json -s 480x270 --camera above", "d827013eb97bbb75", 21},
         {WORLDS "/models.json", "976f378d11bcc739", 8},
         {WORLDS "/dunes.json", "ac4fcf5abd4f1729", 6},
     };

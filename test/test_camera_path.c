@@ -17,6 +17,14 @@ static double distance(vd_vec3 a, vd_vec3 b) {
     return vd_vec3_length(vd_vec3_subtract(a, b));
 }
 
+/* To the last bit; between the fields there is padding. */
+static void assert_same_camera(const vd_camera *a, const vd_camera *b) {
+    assert_memory_equal(&a->eye, &b->eye, sizeof a->eye);
+    assert_memory_equal(&a->orientation, &b->orientation, sizeof a->orientation);
+    assert_memory_equal(&a->lens, &b->lens, sizeof a->lens);
+    assert_true(a->projection == b->projection && a->near_m == b->near_m && a->far_m == b->far_m);
+}
+
 /* The angle between two orientations, in radians. */
 static double angle_between(vd_quat a, vd_quat b) {
     vd_quat d = vd_quat_multiply((vd_quat){-a.x, -a.y, -a.z, a.w}, b);
@@ -271,7 +279,7 @@ static void rests_and_turns_on_the_spot(void **state) {
     vd_camera_path_at(path, 2.5, 640, 360, &one);
     for (int i = 0; i <= 50; i++) {
         vd_camera_path_at(path, 2.0 + 0.04 * i, 640, 360, &other);
-        assert_memory_equal(&one, &other, sizeof one);
+        assert_same_camera(&one, &other);
     }
     vd_camera_path_at(path, 5.0, 640, 360, &other);
     assert_close(distance(one.eye, other.eye), 0.0, 1e-9);
@@ -413,7 +421,7 @@ static void clear_paths_stay(void **state) {
     vd_path_clearance found;
     assert_ok(vd_camera_path_clear(path, hills, NULL, 50.0, &found));
     vd_camera_path_at(path, 13.0, 640, 360, &other);
-    assert_memory_equal(&one, &other, sizeof one);
+    assert_same_camera(&one, &other);
     assert_true(found.lift_m == 0.0 && found.lowest_m >= 500.0);
     assert_int_equal(vd_camera_path_clear(path, hills, NULL, -1.0, NULL).code, VD_ERROR_ARGUMENT);
     vd_camera_path_destroy(&path);

@@ -56,8 +56,11 @@ static int compare(const vd_heightfield *map, double exaggeration, uint64_t *ran
         vd_vec3 from = at;
         from.z = fmax(at.z, ground * exaggeration + 0.001 * cell);
         const double reach = cell * 1.5 * (map->width + map->height);
-        const double truth = least_clearance(map, exaggeration, sun, from, cell / 64,
-                                             reach / sqrt(1 - sun.z * sun.z));
+        const double end = reach / sqrt(1 - sun.z * sun.z);
+        double truth = least_clearance(map, exaggeration, sun, from, cell / 64, end);
+        if (truth > 0.0 && share == 0.0f) { /* past the corner of a map or a cell, perhaps */
+            truth = least_clearance(map, exaggeration, sun, from, cell / 16384, end);
+        }
         dark += truth < 0.0;
         /* Steps may miss the sharpest corner. */
         const double slack = 0.02 * exaggeration;

@@ -316,7 +316,7 @@ static void windows_are_as_the_picture(void **state) {
     for (int y = 0; y < HEIGHT; y += 32) {
         for (int x = 0; x < WIDTH; x += 40) {
             fill_window(ground, window, x, y, WIDTH - x < 40 ? WIDTH - x : 40, 32);
-            vd_world_shade_ground(&s.lit, window, 7);
+            vd_world_shade_ground(&s.lit, window, 7, NULL, 0);
             vd_target_resolve(window, tiles);
         }
     }
@@ -326,7 +326,7 @@ static void windows_are_as_the_picture(void **state) {
         fill_window(ground, window, 50, 40, 40, 32);
         vd_world_light none = s.lit;
         none.map = NULL;
-        vd_world_shade_ground(i == 0 ? &s.lit : &none, window, i == 0 ? 8 : 7);
+        vd_world_shade_ground(i == 0 ? &s.lit : &none, window, i == 0 ? 8 : 7, NULL, 0);
         for (int r = 0; r < 32; r++) {
             for (int c = 0; c < 40; c++) {
                 const size_t at = 4 * ((size_t)r * window->stride + (size_t)c);
@@ -338,7 +338,7 @@ static void windows_are_as_the_picture(void **state) {
     vd_target_destroy(&window);
     assert_ok(vd_target_create(context, WIDTH, HEIGHT, 8, &window));
     fill_window(ground, window, 0, 0, WIDTH, HEIGHT);
-    vd_world_shade_ground(&s.lit, window, 7);
+    vd_world_shade_ground(&s.lit, window, 7, NULL, 0);
     vd_target_resolve(window, tiles);
     for (int y = 0; y < HEIGHT; y++) {
         for (int x = 0; x < WIDTH; x++) {

@@ -5,8 +5,9 @@
  * of a target, so that a band's samples stay near the processor and memory does not grow with the
  * picture. In a band, tiles in which nothing is rasterized are copied from the terrain's picture.
  * In others the rasterizer draws first; pixels of which it covers no sample take the terrain's
- * colour, all others take the terrain's samples at their own places; then come the shadows that
- * things throw on the ground, what is blended, and the mean of the samples.
+ * colour, all others take the terrain's samples at their own places, with the shadows that things
+ * throw on them; then come what is blended, and the mean of the samples. The terrain's picture has
+ * such shadows already.
  *
  * Taking every sample of the ground everywhere is four pictures of it in place of one and a part.
  * With one sample a pixel the terrain's picture has them all: each tile is then finished by one
@@ -115,17 +116,15 @@ static bool shows_things(const band *b, const vd_target *tile, size_t at, bool l
 }
 
 /* Pixels whose things turned out to be hidden get the ground's own colour again: a picture must not
- * hang on what of the hidden was culled before. */
-static void settle(const band *b, vd_target *tile, bool list) {
+ * hang on what of the hidden was culled before. `shown` tells of the others. */
+static void settle(const band *b, vd_target *tile, bool list, uint8_t shown[TILE * TILE]) {
     const vd_frame *ground = b->renderer->picture;
-    for (int y = 0; y < tile->height && tile->samples > 1 && b->pass->ground; y++) {
+    for (int y = 0; y < tile->height; y++) {
         for (int x = 0; x < tile->width; x++) {
             const size_t at = (size_t)y * tile->stride + (size_t)x;
             const size_t from = (size_t)(tile->y + y) * ground->stride + (size_t)(tile->x + x);
-            if (shows_things(b, tile, at, list)) {
-                continue;
-            }
-            for (int s = 0; s < tile->samples; s++) {
+            shown[y * TILE + x] = shows_things(b, tile, at, list);
+            for (int s = 0; s < tile->samples && shown[y * TILE + x] == 0; s++) {
                 vd_terrain_place(tile, (size_t)s * tile->plane + at, ground->rgba + 4 * from,
                                  ground->depth[from], b->ground_id);
             }
@@ -133,10 +132,16 @@ static void settle(const band *b, vd_target *tile, bool list) {
     }
 }
 
-/* The shadows that things throw on the ground. */
-static void shade(const band *b, vd_target *tile) {
-    if (b->pass->ground && vd_world_sun_throws(b->renderer)) {
-        vd_world_shade_ground(&b->renderer->lighting, tile, b->ground_id);
+/* The ground's samples among things: shadows on them. The ground's own picture has its shadows;
+ * with one sample a pixel there is nothing else. */
+static void settle_ground(const band *b, vd_target *tile, bool list) {
+    uint8_t shown[TILE * TILE];
+    if (!b->pass->ground || tile->samples == 1) {
+        return;
+    }
+    settle(b, tile, list, shown);
+    if (vd_world_sun_throws(b->renderer)) {
+        vd_world_shade_ground(&b->renderer->lighting, tile, b->ground_id, shown, TILE);
     }
 }
 
@@ -144,20 +149,14 @@ static void shade(const band *b, vd_target *tile) {
 static void finish(const band *b, vd_target *tile, uint8_t mix, int worker) {
     if (mix == VD_TERRAIN_MIX_NOTHING) {
         (b->pass->ground ? copy_ground : clear_frame)(b, tile);
-        if (b->pass->ground && vd_world_sun_throws(b->renderer)) {
-            vd_world_shade_picture(&b->renderer->lighting, b->renderer->picture, b->frame, tile->x,
-                                   tile->y, tile->width, tile->height);
-        }
         return;
     }
     if (mix == VD_TERRAIN_MIX_THINGS) {
-        settle(b, tile, false);
-        shade(b, tile);
+        settle_ground(b, tile, false);
     } else {
         vd_target_begin_blended(tile);
         vd_raster_blend(b->renderer->raster, tile, worker);
-        settle(b, tile, true);
-        shade(b, tile);
+        settle_ground(b, tile, true);
         while (vd_target_blend(tile)) {
             vd_raster_blend(b->renderer->raster, tile, worker);
         }
@@ -250,7 +249,18 @@ static vd_status reserve_band(vd_world_renderer *renderer, const vd_frame *frame
                                                     "a picture's tiles", tiles, sizeof(uint8_t));
 }
 
-/* The picture of the terrain alone, with depth. */
+/* Rows of a task that shades the terrain's picture. */
+#define SHADE_ROWS 16
+
+static void shade_rows(void *user, int index, int worker) {
+    vd_world_renderer *r = user;
+    const int y = index * SHADE_ROWS, left = r->picture->height - y;
+    (void)worker;
+    vd_world_shade_picture(&r->lighting, r->picture, r->picture, 0, y, r->picture->width,
+                           left < SHADE_ROWS ? left : SHADE_ROWS);
+}
+
+/* The picture of the terrain alone, with depth, and the shadows of things on it. */
 static vd_status draw_ground(vd_world_renderer *renderer, vd_job *job, const vd_pass *pass,
                              vd_frame *frame, uint32_t *id) {
     const vd_frame *old = renderer->picture;
@@ -261,10 +271,15 @@ static vd_status draw_ground(vd_world_renderer *renderer, vd_job *job, const vd_
         status = vd_frame_create(renderer->context, frame->width, frame->height, VD_PLANE_DEPTH,
                                  &renderer->picture);
     }
-    return status.code != VD_OK
-               ? status
-               : vd_terrain_renderer_draw(renderer->ground, job, pass->camera, renderer->picture,
+    if (status.code == VD_OK) {
+        status = vd_terrain_renderer_draw(renderer->ground, job, pass->camera, renderer->picture,
                                           &pass->stats->terrain);
+    }
+    return status.code == VD_OK && vd_world_sun_throws(renderer)
+               ? vd_parallel_for(renderer->context, job,
+                                 (frame->height + SHADE_ROWS - 1) / SHADE_ROWS, shade_rows,
+                                 renderer)
+               : status;
 }
 
 static bool any_blends(const vd_pass *pass) {

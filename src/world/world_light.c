@@ -253,7 +253,7 @@ static bool find_depths(const vd_target *t, uint32_t ground_id, float *nearest, 
 
 /* Shades up to 16 samples of a row from column x of the window. */
 static void shade_run(const vd_world_light *light, const vd_target *t, int sample, int x, int y,
-                      uint32_t ground_id, hills *before) {
+                      uint32_t ground_id, const uint8_t *wanted, hills *before) {
     const float *offset = vd_sample_offsets(t->samples)[sample];
     const size_t row = (size_t)sample * t->plane + (size_t)y * t->stride + (size_t)x;
     const int count = t->width - x < 16 ? t->width - x : 16;
@@ -262,7 +262,8 @@ static void shade_run(const vd_world_light *light, const vd_target *t, int sampl
     for (int i = 0; i < 16; i++) {
         const size_t at = row + (size_t)(i < count ? i : 0);
         depth[i] = t->depth[at];
-        mask |= (uint32_t)(i < count && t->id[at] == ground_id && depth[i] > 0.0f) << i;
+        const bool asked = i < count && (wanted == NULL || wanted[i] != 0);
+        mask |= (uint32_t)(asked && t->id[at] == ground_id && depth[i] > 0.0f) << i;
     }
     if (mask == 0) {
         return;
@@ -284,7 +285,8 @@ static void shade_run(const vd_world_light *light, const vd_target *t, int sampl
 
 /* Shades a part of at most BLOCK × BLOCK pixels, if any of it may be dark: things are few, and most
  * of a picture lies far from their shadows. (Parts of 64 × 64: twice as long.) */
-static void shade_block(const vd_world_light *light, const vd_target *window, uint32_t ground_id) {
+static void shade_block(const vd_world_light *light, const vd_target *window, uint32_t ground_id,
+                        const uint8_t *wanted, size_t wanted_stride) {
     float nearest, farthest;
     if (!find_depths(window, ground_id, &nearest, &farthest)) {
         return;
@@ -297,12 +299,14 @@ static void shade_block(const vd_world_light *light, const vd_target *window, ui
     hills before = {-HILL_ROWS, 0.0f, -1.0f};
     for (int y = 0; y < window->height; y++) {
         for (int s = 0; s < window->samples; s++) {
-            shade_run(light, window, s, 0, y, ground_id, &before);
+            shade_run(light, window, s, 0, y, ground_id,
+                      wanted != NULL ? wanted + (size_t)y * wanted_stride : NULL, &before);
         }
     }
 }
 
-void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint32_t ground_id) {
+void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint32_t ground_id,
+                           const uint8_t *wanted, size_t wanted_stride) {
     for (int y = 0; light->map != NULL && y < window->height; y += BLOCK) {
         for (int x = 0; x < window->width; x += BLOCK) {
             vd_target part = *window;
@@ -314,7 +318,9 @@ void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint3
             part.color += 4 * at;
             part.depth += at;
             part.id += at;
-            shade_block(light, &part, ground_id);
+            shade_block(light, &part, ground_id,
+                        wanted != NULL ? wanted + (size_t)y * wanted_stride + (size_t)x : NULL,
+                        wanted_stride);
         }
     }
 }

@@ -45,11 +45,14 @@ float vd_world_light_past_hills(const vd_world_light *light, const float place[3
 /* Darkens the ground where things throw shadows on it: of every sample of the window whose id is
  * `ground_id`, the colour without its haze to 0.35 + 0.65 · share, as the softest of the terrain's
  * own shadows (VD_SHADOW_SOFT), but not where hills hide the sun already. The colours must be
- * hazed as the light says. One thread a window. Cost: a nanosecond a sample where the map has
- * nothing near the window, 15 among a thousand trees. */
-void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint32_t ground_id);
+ * hazed as the light says. `wanted` [height][wanted_stride]: the pixels that are looked at, where
+ * not 0; null: all. One thread a window. Cost: a nanosecond a sample where the map has nothing near
+ * the window, 15 among a thousand trees. */
+void vd_world_shade_ground(const vd_world_light *light, vd_target *window, uint32_t ground_id,
+                           const uint8_t *wanted, size_t wanted_stride);
 
-/* The same for the part [x, x + width) × [y, y + height) of a frame whose pixels are ground
+/* The same for the part [x, x + width) × [y, y + height) of a frame (which may be `ground`) whose
+ * pixels are ground
  * wherever `ground` has a depth, at pixel centres: for what is copied from a picture of the ground
  * alone. */
 void vd_world_shade_picture(const vd_world_light *light, const vd_frame *ground, vd_frame *frame,
