@@ -113,7 +113,7 @@ static void test_examples(void **state) {
         {WORLDS "/village.json -s 480x270", "8d09067dea885c49", 21},
         {WORLDS "/village.json -s 480x270 --camera above", "d827013eb97bbb75", 21},
         {WORLDS "/models.json", "976f378d11bcc739", 8},
-        {WORLDS "/dunes.json", "ac4fcf5abd4f1729", 6},
+        {WORLDS "/dunes.json", "18e684e970d6159f", 6},
     };
     const bool reduced = getenv("VEDUTA_TEST_REDUCED") != NULL;
     for (size_t i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
