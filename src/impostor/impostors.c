@@ -301,7 +301,9 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
     const uint64_t start = vd_clock_ns();
     const vd_impostor_wish *wishes = set->wishes.data;
     vd_status status = vd_success();
-    qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
+    if (set->wishes.count > 1) {
+        qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
+    }
     const uint64_t before = set->stats.pixels_drawn;
     const double most_s = budget_s(set);
     size_t i = 0;
