@@ -183,14 +183,20 @@ static int cameras(char last[2048]) {
     return count;
 }
 
-/* Presses C and waits for what it prints. */
+/* Presses C and waits for what it prints; again every few seconds, since a world that is being
+ * loaded loses keys. */
 static void ask_camera(char out[2048]) {
     const int before = cameras(NULL);
-    key("c");
-    for (const double end = now() + 20.0; cameras(out) == before;) {
-        if (now() > end) {
+    const double start = now();
+    double press = start;
+    while (cameras(out) == before) {
+        if (now() > start + 60.0) {
             read_back("view-err.txt", output, sizeof output);
             fail_msg("C printed nothing: %.300s", output);
+        }
+        if (now() >= press) {
+            key("c");
+            press = now() + 5.0;
         }
         rest(0.02);
     }
@@ -228,7 +234,7 @@ static void open_viewer(const char *const *arguments) {
     open_viewer((const char *const[]){program, "view", "--size", "640x360", __VA_ARGS__, NULL})
 
 static void wait_until_ready(void) {
-    for (const double end = now() + 30.0; cameras(NULL) == 0; rest(0.1)) {
+    for (const double end = now() + 60.0; cameras(NULL) == 0; rest(0.1)) {
         key("c");
         if (now() > end) {
             fail_msg("the world did not load");
