@@ -6,6 +6,7 @@
  * it; one fill rule, and wrong where a polygon overlaps itself).
  */
 #include "bench.h"
+#include "random.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -30,14 +31,6 @@ typedef struct canvas {
 
 /* ---- scenes -----------------------------------------------------------------------------------*/
 
-/* SplitMix64 (Steele, Lea, Flood 2014); in [0, 1). */
-static double uniform(uint64_t *state) {
-    uint64_t z = (*state += 0x9E3779B97F4A7C15u);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
-
 typedef enum kind { LARGE, SMALL, CROSSING, CURVES, STROKES, KINDS } kind;
 
 static const struct {
@@ -57,14 +50,14 @@ static const uint8_t circle_verbs[] = {VD_PATH_MOVE,  VD_PATH_CUBIC, VD_PATH_CUB
                                        VD_PATH_CUBIC, VD_PATH_CUBIC, VD_PATH_CLOSE};
 
 static void place_points(kind k, uint64_t *random, size_t count, double size, double (*out)[2]) {
-    double x = size * uniform(random), y = size * uniform(random);
-    const double start = 6.283185307179586 * uniform(random);
+    double x = size * vd_uniform(random), y = size * vd_uniform(random);
+    const double start = 6.283185307179586 * vd_uniform(random);
     for (size_t i = 0; i < count; i++) {
         /* A pentagram goes around twice. */
         const double turns = (double)i * (k == CROSSING ? 2.0 : 1.0) / (double)count;
         const double c = cos(start + 6.283185307179586 * turns);
         const double s = sin(start + 6.283185307179586 * turns);
-        const double radius = k == LARGE   ? (0.3 + 0.2 * uniform(random)) * size
+        const double radius = k == LARGE   ? (0.3 + 0.2 * vd_uniform(random)) * size
                               : k == SMALL ? 2.2
                                            : 4;
         out[i][0] = (k == LARGE ? 0.5 * size : x) + radius * c;
@@ -73,8 +66,8 @@ static void place_points(kind k, uint64_t *random, size_t count, double size, do
             out[i][0] = x + 8 * circle[i][0];
             out[i][1] = y + 8 * circle[i][1];
         } else if (k == STROKES) {
-            out[i][0] = x += 30 * (uniform(random) - 0.5);
-            out[i][1] = y += 30 * (uniform(random) - 0.5);
+            out[i][0] = x += 30 * (vd_uniform(random) - 0.5);
+            out[i][1] = y += 30 * (vd_uniform(random) - 0.5);
         }
     }
 }
@@ -111,7 +104,7 @@ static vd_status make_scene(scene *s, kind k, double size) {
         layer->stroke = k == STROKES ? &s->stroke : NULL;
         const double alpha = k == LARGE ? 32768 : 60000;
         for (int c = 0; c < 4; c++) {
-            layer->fill[c] = (uint16_t)(c == 3 ? alpha : alpha * uniform(&random));
+            layer->fill[c] = (uint16_t)(c == 3 ? alpha : alpha * vd_uniform(&random));
         }
     }
     return vd_success();

@@ -6,6 +6,7 @@
  * pictures say nothing of their opacity.
  */
 #include "bench.h"
+#include "random.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,14 +25,6 @@ typedef struct canvas {
     uint8_t *texels; /* [SIDE][SIDE][4] */
     int count;
 } canvas;
-
-/* SplitMix64 (Steele, Lea, Flood 2014); in [0, 1). */
-static double uniform(uint64_t *state) {
-    uint64_t z = (*state += 0x9E3779B97F4A7C15u);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
 
 static void finish_canvas(canvas *v) {
     vd_display_destroy(&v->display);
@@ -217,8 +210,8 @@ static vd_status measure_side(bench_run *run, const bench_case *self, canvas *v,
     v->count = wanted < 4 ? 4 : wanted < MOST_QUADS ? (int)wanted : MOST_QUADS;
     uint64_t random = 1;
     for (int i = 0; i < v->count; i++) {
-        v->quads[i] = place(v, how, uniform(&random) * (self->width - 1 - 1.1 * side),
-                            uniform(&random) * (self->rows - 1 - 1.1 * side), side);
+        v->quads[i] = place(v, how, vd_uniform(&random) * (self->width - 1 - 1.1 * side),
+                            vd_uniform(&random) * (self->rows - 1 - 1.1 * side), side);
     }
     const vd_status status = bench_measure(run, draw, v, bench_wall_ms, &result);
     if (status.code != VD_OK) {

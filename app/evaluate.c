@@ -106,18 +106,14 @@ static vd_status evaluate(evaluating *v) {
 
 /* What would be refused after a long run is refused before it. */
 static vd_status check_outputs(const vd_evaluate_settings *s) {
-    const char *read[68] = {s->render.color, s->path_file};
-    int count = 2;
-    for (int i = 0; i < s->render.input_count && count < 68; i++) {
-        read[count++] = s->render.inputs[i];
-    }
     const struct {
         const char *option, *path;
     } outputs[] = {{"output", s->output}, {"plot", s->plot}, {"worst", s->worst}};
     vd_status status = vd_success();
     for (int i = 0; i < 3 && status.code == VD_OK; i++) {
         if (outputs[i].path != NULL && strcmp(outputs[i].path, "-") != 0) {
-            status = vd_check_output(outputs[i].option, outputs[i].path, read, count);
+            status = vd_render_check_output(&s->render, s->path_file, outputs[i].option,
+                                            outputs[i].path);
         }
     }
     return status;
@@ -127,46 +123,27 @@ static int run_evaluate(const vd_evaluate_settings *settings, const vd_world_con
                         const char *note) {
     evaluating v = {.settings = settings};
     v.run = (vd_render_run){.settings = &settings->render, .content = content};
-    vd_status status = vd_notes_init(&v.run.notes, settings->render.quiet);
-    if (status.code != VD_OK) {
-        return vd_report(&status, 1);
-    }
-    if (note[0] != '\0') {
-        vd_notes_log(&v.run.notes, VD_LOG_WARNING, note);
-    }
-    for (size_t i = 0; i < content->warning_count; i++) {
-        vd_notes_log(&v.run.notes, VD_LOG_WARNING, content->warnings[i]);
-    }
-    status = vd_work_begin(&v.run.notes, settings->render.threads, &v.run.context, &v.run.job);
-    int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
+    vd_status status = vd_render_run_begin(&v.run, note);
     if (status.code == VD_OK) {
-        code = 1;
-        vd_cancel_on_signal(v.run.job);
         status = evaluate(&v);
         if (status.code == VD_ERROR_CANCELLED) {
             status = vd_failure(VD_ERROR_CANCELLED, "interrupted; nothing was written");
         }
-        vd_cancel_on_signal(NULL);
     }
-    code = status.code == VD_OK ? 0 : vd_report(&status, v.run.bad_use ? 2 : code);
     vd_evaluation_finish(&v.evaluation);
     vd_camera_path_destroy(&v.path);
     vd_fly_world_finish(&v.world);
-    vd_work_end(&v.run.notes, &v.run.context, &v.run.job);
-    return code;
+    return vd_render_run_end(&v.run, &status);
 }
 
 /* The last of the inputs is the path; it is taken from them. */
 static vd_status take_path(vd_options *options, char **path) {
-    const bool formula = options->values[OPTION_FUNCTION].text != NULL;
-    const bool file = formula || options->values[OPTION_OPTIONS].text != NULL;
-    if (options->input_count < (file ? 1 : 2)) {
-        const bool none = options->input_count == 0 && !file;
+    bool nothing;
+    if (!vd_render_take_path(options, path, &nothing)) {
         return vd_failure(VD_ERROR_ARGUMENT, "%s, as in `veduta evaluate world.json path.json`",
-                          none ? "there is nothing to measure; name a world and a path"
-                               : "there is no path; name one behind the world");
+                          nothing ? "there is nothing to measure; name a world and a path"
+                                  : "there is no path; name one behind the world");
     }
-    *path = options->inputs[--options->input_count];
     return vd_success();
 }
 

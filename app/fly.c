@@ -320,20 +320,16 @@ static vd_status fly_on(fly *f, const char *command) {
 
 /* What would be refused after a long run is refused before it. */
 static vd_status check_outputs(const vd_fly_settings *s) {
-    const char *read[68] = {s->render.color, s->path_file};
-    int count = 2;
-    for (int i = 0; i < s->render.input_count && count < 68; i++) {
-        read[count++] = s->render.inputs[i];
-    }
     char name[4096];
     vd_status status = vd_success();
     const bool pictures = !s->preview && s->video.kind == VD_VIDEO_FRAMES;
     if (s->output != NULL && !s->render.dry_run && !pictures) {
-        status = vd_check_output("output", s->output, read, count);
+        status = vd_render_check_output(&s->render, s->path_file, "output", s->output);
     }
     if (status.code == VD_OK && s->frames != NULL && !s->render.dry_run && !s->preview &&
         vd_frame_name(s->frames, 0, name, sizeof name)) {
-        status = vd_check_output(pictures ? "output" : "frames", name, read, count);
+        status =
+            vd_render_check_output(&s->render, s->path_file, pictures ? "output" : "frames", name);
     }
     return status;
 }
@@ -342,32 +338,16 @@ static int run_fly(const vd_fly_settings *settings, const vd_world_content *cont
                    const char *command, const char *note, double start) {
     fly f = {.settings = settings};
     f.run = (vd_render_run){.settings = &settings->render, .content = content, .start = start};
-    vd_status status = vd_notes_init(&f.run.notes, settings->render.quiet);
-    if (status.code != VD_OK) {
-        return vd_report(&status, 1);
-    }
-    if (note[0] != '\0') {
-        vd_notes_log(&f.run.notes, VD_LOG_WARNING, note);
-    }
-    for (size_t i = 0; i < content->warning_count; i++) {
-        vd_notes_log(&f.run.notes, VD_LOG_WARNING, content->warnings[i]);
-    }
-    status = vd_work_begin(&f.run.notes, settings->render.threads, &f.run.context, &f.run.job);
-    int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
+    vd_status status = vd_render_run_begin(&f.run, note);
     if (status.code == VD_OK) {
-        code = 1;
-        vd_cancel_on_signal(f.run.job);
         status = fly_on(&f, command);
         if (status.code == VD_ERROR_CANCELLED && f.result.done == 0) {
             status = vd_failure(VD_ERROR_CANCELLED, "interrupted; nothing was written");
         }
-        vd_cancel_on_signal(NULL);
     }
-    code = status.code == VD_OK ? 0 : vd_report(&status, f.run.bad_use ? 2 : code);
     vd_camera_path_destroy(&f.path);
     vd_fly_world_finish(&f.world);
-    vd_work_end(&f.run.notes, &f.run.context, &f.run.job);
-    return code;
+    return vd_render_run_end(&f.run, &status);
 }
 
 /* The last of the inputs is the path; it is taken from them. Null for an orbit. */
@@ -381,17 +361,14 @@ static vd_status take_path(vd_options *options, char **path) {
                                 "--orbit and %.160s are two paths; give one of them", last)
                    : vd_success();
     }
-    const bool formula = options->values[OPTION_FUNCTION].text != NULL;
-    const bool file = formula || options->values[OPTION_OPTIONS].text != NULL;
-    if (options->input_count < (file ? 1 : 2)) {
-        const bool none = options->input_count == 0 && !file;
+    bool nothing;
+    if (!vd_render_take_path(options, path, &nothing)) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "%s; name %s, as in `veduta fly dem.tif path.json -o out.mp4`",
-                          none ? "there is nothing to fly over" : "there is no path",
-                          none ? "an elevation file or a world, and a path"
-                               : "one behind the elevation file or world, or give --orbit");
+                          nothing ? "there is nothing to fly over" : "there is no path",
+                          nothing ? "an elevation file or a world, and a path"
+                                  : "one behind the elevation file or world, or give --orbit");
     }
-    *path = options->inputs[--options->input_count];
     return vd_success();
 }
 

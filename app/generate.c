@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "commands.h"
-#include "generate_forest.h"
+#include "generator.h"
 #include "options.h"
 #include "particles_bricks.h"
 #include "run.h"
@@ -87,40 +87,48 @@ static vd_status generate(const vd_options *options, vd_context *context) {
     return status;
 }
 
+static vd_status check(const vd_options *options) {
+    return options->input_count == 1 && strcmp(options->inputs[0], "particles") == 0
+               ? vd_success()
+               : vd_failure(VD_ERROR_ARGUMENT, "say what to generate: `veduta generate particles`, "
+                                               "or `veduta generate forest HEIGHTS`");
+}
+
+static const vd_generator particles = {.table = table,
+                                       .count = GENERATE_COUNT,
+                                       .threads = GENERATE_THREADS,
+                                       .help = GENERATE_HELP,
+                                       .print_help = print_help,
+                                       .check = check,
+                                       .generate = generate};
+
 int vd_command_generate(int argc, char **argv) {
-    if (argc > 1 && strcmp(argv[1], "forest") == 0) {
-        return vd_generate_forest(argc, argv);
-    }
+    const vd_generator *g =
+        argc > 1 && strcmp(argv[1], "forest") == 0 ? &vd_generate_forest : &particles;
     vd_options options;
-    vd_status status = vd_options_init(&options, "generate", table, GENERATE_COUNT);
+    vd_status status = vd_options_init(&options, "generate", g->table, g->count);
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
     status = vd_options_parse(&options, argc, argv);
-    const bool help = status.code == VD_OK && options.values[GENERATE_HELP].number != 0.0;
-    if (status.code == VD_OK && !help &&
-        (options.input_count != 1 || strcmp(options.inputs[0], "particles") != 0)) {
-        status =
-            vd_failure(VD_ERROR_ARGUMENT, "say what to generate: `veduta generate particles`, or "
-                                          "`veduta generate forest HEIGHTS`");
+    const bool help = status.code == VD_OK && options.values[g->help].number != 0.0;
+    if (status.code == VD_OK && !help) {
+        status = g->check(&options);
     }
-    int code = 0;
     if (help) {
-        print_help();
-    } else if (status.code != VD_OK) {
-        code = vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
-    } else {
+        g->print_help();
+    } else if (status.code == VD_OK) {
         vd_context *context = NULL;
         vd_context_def def = vd_context_def_default();
-        def.threads = (int)options.values[GENERATE_THREADS].number;
+        def.threads = (int)options.values[g->threads].number;
         status = vd_context_create(&def, &context);
         if (status.code == VD_OK) {
-            status = generate(&options, context);
+            status = g->generate(&options, context);
         }
         vd_context_destroy(&context);
-        code =
-            status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
     }
+    const int code =
+        status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
     vd_options_finish(&options);
     return code;
 }

@@ -6,9 +6,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "commands.h"
-#include "generate_forest.h"
-#include "options.h"
+#include "generator.h"
+#include "random.h"
 #include "run.h"
 #include "scene.h"
 #include "tree.h"
@@ -490,32 +489,17 @@ static vd_status generate(const vd_options *options, vd_context *context) {
     return status;
 }
 
-int vd_generate_forest(int argc, char **argv) {
-    vd_options options;
-    vd_status status = vd_options_init(&options, "generate", table, FOREST_COUNT);
-    if (status.code != VD_OK) {
-        return vd_report(&status, 1);
-    }
-    status = vd_options_parse(&options, argc, argv);
-    const bool help = status.code == VD_OK && options.values[FOREST_HELP].number != 0.0;
-    if (status.code == VD_OK && !help && options.input_count < 2) {
-        status = vd_failure(VD_ERROR_ARGUMENT, "say where the trees are to stand: `veduta generate "
+static vd_status check(const vd_options *options) {
+    return options->input_count >= 2
+               ? vd_success()
+               : vd_failure(VD_ERROR_ARGUMENT, "say where the trees are to stand: `veduta generate "
                                                "forest HEIGHTS -o DIR`");
-    }
-    if (help) {
-        print_help();
-    } else if (status.code == VD_OK) {
-        vd_context *context = NULL;
-        vd_context_def def = vd_context_def_default();
-        def.threads = (int)options.values[FOREST_THREADS].number;
-        status = vd_context_create(&def, &context);
-        if (status.code == VD_OK) {
-            status = generate(&options, context);
-        }
-        vd_context_destroy(&context);
-    }
-    const int code =
-        status.code == VD_OK ? 0 : vd_report(&status, status.code == VD_ERROR_ARGUMENT ? 2 : 1);
-    vd_options_finish(&options);
-    return code;
 }
+
+const vd_generator vd_generate_forest = {.table = table,
+                                         .count = FOREST_COUNT,
+                                         .threads = FOREST_THREADS,
+                                         .help = FOREST_HELP,
+                                         .print_help = print_help,
+                                         .check = check,
+                                         .generate = generate};

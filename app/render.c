@@ -83,29 +83,44 @@ vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
     return vd_world_file_blame(options, content, &status);
 }
 
+bool vd_render_take_path(vd_options *options, char **path, bool *nothing) {
+    const bool drawn = options->values[OPTION_FUNCTION].text != NULL ||
+                       options->values[OPTION_OPTIONS].text != NULL;
+    *nothing = options->input_count == 0 && !drawn;
+    if (options->input_count < (drawn ? 1 : 2)) {
+        return false;
+    }
+    *path = options->inputs[--options->input_count];
+    return true;
+}
+
+vd_status vd_render_check_output(const vd_render_settings *s, const char *also, const char *option,
+                                 const char *path) {
+    const char *read[68] = {s->color, s->model.texture, also};
+    int count = 3;
+    for (int i = 0; i < s->input_count && count < 68; i++) {
+        read[count++] = s->inputs[i];
+    }
+    return path != NULL ? vd_check_output(option, path, read, count) : vd_success();
+}
+
 /* What would be refused after a long run is refused before it. */
 static vd_status check_outputs(const vd_render_settings *s, const char *save,
                                const char *save_world) {
-    const char *read[67] = {s->color, s->model.texture};
-    int count = 2;
-    for (int i = 0; i < s->input_count && count < 67; i++) {
-        read[count++] = s->inputs[i];
-    }
+    const struct {
+        const char *option, *path;
+        bool text; /* not a picture: standard output may be a terminal */
+    } outputs[] = {{"output", s->dry_run ? NULL : s->output, false},
+                   {"depth", s->dry_run ? NULL : s->depth, false},
+                   {"ids", s->dry_run ? NULL : s->ids, false},
+                   {"save", save, true},
+                   {"save-world", save_world, true}};
     vd_status status = vd_success();
-    if (!s->dry_run) {
-        status = vd_check_output("output", s->output, read, count);
-    }
-    if (status.code == VD_OK && s->depth != NULL && !s->dry_run) {
-        status = vd_check_output("depth", s->depth, read, count);
-    }
-    if (status.code == VD_OK && s->ids != NULL && !s->dry_run) {
-        status = vd_check_output("ids", s->ids, read, count);
-    }
-    if (status.code == VD_OK && save != NULL && strcmp(save, "-") != 0) {
-        status = vd_check_output("save", save, read, count);
-    }
-    if (status.code == VD_OK && save_world != NULL && strcmp(save_world, "-") != 0) {
-        status = vd_check_output("save-world", save_world, read, count);
+    for (int i = 0; i < 5 && status.code == VD_OK; i++) {
+        const char *path = outputs[i].path;
+        if (!outputs[i].text || path == NULL || strcmp(path, "-") != 0) {
+            status = vd_render_check_output(s, NULL, outputs[i].option, path);
+        }
     }
     const char *written[] = {s->output, s->depth, s->ids, save, save_world};
     for (int i = 0; i < 5 && status.code == VD_OK; i++) {
@@ -240,36 +255,53 @@ static vd_status draw_and_save(vd_render_run *run, const char *command) {
     return status;
 }
 
+vd_status vd_render_notes_begin(vd_notes *notes, bool quiet, const char *note,
+                                const vd_world_content *content) {
+    const vd_status status = vd_notes_init(notes, quiet);
+    if (status.code == VD_OK && note[0] != '\0') {
+        vd_notes_log(notes, VD_LOG_WARNING, note);
+    }
+    for (size_t i = 0; i < content->warning_count && status.code == VD_OK; i++) {
+        vd_notes_log(notes, VD_LOG_WARNING, content->warnings[i]);
+    }
+    return status;
+}
+
+vd_status vd_render_run_begin(vd_render_run *run, const char *note) {
+    const vd_render_settings *s = run->settings;
+    vd_status status = vd_render_notes_begin(&run->notes, s->quiet, note, run->content);
+    if (status.code == VD_OK) {
+        run->has_notes = true;
+        status = vd_work_begin(&run->notes, s->threads, &run->context, &run->job);
+        run->bad_use = status.code == VD_ERROR_ARGUMENT; /* VEDUTA_CPU */
+        vd_cancel_on_signal(run->job);
+    }
+    return status;
+}
+
+int vd_render_run_end(vd_render_run *run, const vd_status *status) {
+    vd_cancel_on_signal(NULL);
+    const int code = status->code == VD_OK ? 0 : vd_report(status, run->bad_use ? 2 : 1);
+    json_decref(run->camera);
+    json_decref(run->camera_all);
+    json_decref(run->terrain);
+    json_decref(run->model);
+    json_decref(run->objects);
+    vd_frame_destroy(&run->frame);
+    if (run->has_notes) {
+        vd_work_end(&run->notes, &run->context, &run->job);
+    }
+    return code;
+}
+
 static int run_render(const vd_render_settings *settings, const vd_world_content *content,
                       const char *command, const char *note, double start) {
     vd_render_run run = {.settings = settings, .content = content, .start = start};
-    vd_status status = vd_notes_init(&run.notes, settings->quiet);
-    if (status.code != VD_OK) {
-        return vd_report(&status, 1);
-    }
-    if (note[0] != '\0') {
-        vd_notes_log(&run.notes, VD_LOG_WARNING, note);
-    }
-    for (size_t i = 0; i < content->warning_count; i++) {
-        vd_notes_log(&run.notes, VD_LOG_WARNING, content->warnings[i]);
-    }
-    status = vd_work_begin(&run.notes, settings->threads, &run.context, &run.job);
-    int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
+    vd_status status = vd_render_run_begin(&run, note);
     if (status.code == VD_OK) {
-        code = 1;
-        vd_cancel_on_signal(run.job);
         status = draw_and_save(&run, command);
-        vd_cancel_on_signal(NULL);
     }
-    code = status.code == VD_OK ? 0 : vd_report(&status, run.bad_use ? 2 : code);
-    json_decref(run.camera);
-    json_decref(run.camera_all);
-    json_decref(run.terrain);
-    json_decref(run.model);
-    json_decref(run.objects);
-    vd_frame_destroy(&run.frame);
-    vd_work_end(&run.notes, &run.context, &run.job);
-    return code;
+    return vd_render_run_end(&run, &status);
 }
 
 int vd_command_render(int argc, char **argv) {

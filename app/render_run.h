@@ -10,6 +10,7 @@ typedef struct vd_render_run {
     const vd_render_settings *settings;
     const vd_world_content *content; /* of a world file; null: none */
     vd_notes notes;
+    bool has_notes;
     vd_context *context;
     vd_job *job;
     double start; /* vd_seconds_now at the beginning */
@@ -31,6 +32,23 @@ typedef struct vd_render_run {
     size_t estimated_bytes; /* dry run: the most memory that the process holds */
 } vd_render_run;
 
+/* Begins the notes of a command that reads render's options, with what reading them had to say:
+ * `note` (may be empty) and the warnings of a world file. */
+VD_MUST_USE vd_status vd_render_notes_begin(vd_notes *notes, bool quiet, const char *note,
+                                            const vd_world_content *content);
+
+/* Begins a run of which settings and content are set: notes, context, job; signals cancel the job
+ * from here on. vd_render_run_end is due also after a failure. */
+VD_MUST_USE vd_status vd_render_run_begin(vd_render_run *run, const char *note);
+
+/* Ends it, prints a failure and returns the exit status. */
+int vd_render_run_end(vd_render_run *run, const vd_status *status);
+
+/* Checks where a result is to go (vd_check_output) before anything takes long, against what the
+ * settings read and `also` (may be null). No path, no failure. */
+VD_MUST_USE vd_status vd_render_check_output(const vd_render_settings *settings, const char *also,
+                                             const char *option, const char *path);
+
 /* Loads and draws, or estimates where settings->dry_run: a world, a model, the classic picture.
  */
 VD_MUST_USE vd_status vd_render_world(vd_render_run *run);
@@ -50,6 +68,10 @@ VD_MUST_USE vd_status vd_render_read_options(int argc, char **argv, vd_options *
  * --options and every input that ends in .json, which then is an input no longer; and settles what
  * flags, files and preset say of one thing. */
 VD_MUST_USE vd_status vd_render_read_files(vd_options *options, vd_world_content *content);
+
+/* Takes the last of the inputs, a camera path, from them; the caller frees it. False where none is
+ * left beside what is to be drawn: `nothing` where not even that was named. */
+bool vd_render_take_path(vd_options *options, char **path, bool *nothing);
 
 /* Creates the frame that the settings ask for. */
 VD_MUST_USE vd_status vd_render_make_frame(vd_render_run *run);

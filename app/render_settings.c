@@ -329,43 +329,6 @@ static vd_status read_data(const vd_options *options, vd_render_settings *out) {
     return vd_success();
 }
 
-/* ---- world ------------------------------------------------------------------------------------
- */
-
-static vd_status read_world(const vd_options *options, vd_render_settings *out) {
-    out->lines = text_of(options, OPTION_LINES);
-    out->labels = text_of(options, OPTION_LABELS);
-    out->label_peaks = (int)number_of(options, OPTION_LABEL_PEAKS);
-    out->title = text_of(options, OPTION_TITLE);
-    out->north_arrow = is_on(options, OPTION_NORTH_ARROW);
-    out->scale_bar = is_on(options, OPTION_SCALE_BAR);
-    out->legend = is_on(options, OPTION_LEGEND);
-    if (out->title != NULL && (out->title[0] == '\0' || strlen(out->title) > 1024)) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "--title: a title of %zu bytes is none; give 1 to 1024",
-                          strlen(out->title));
-    }
-    if (out->legend && out->color != NULL) {
-        return vd_failure(VD_ERROR_ARGUMENT, "--legend explains the colours of heights, which "
-                                             "--color replaces; leave out one of them");
-    }
-    if (text_of(options, OPTION_CAMERA) != NULL && !out->world) {
-        return vd_failure(VD_ERROR_ARGUMENT, "--camera names a camera of a world file, and there "
-                                             "is none; name one, such as world.json");
-    }
-    if (text_of(options, OPTION_SAVE) != NULL && out->world) {
-        return vd_failure(VD_ERROR_ARGUMENT, "--save writes options alone, and this is a world; "
-                                             "give --save-world");
-    }
-    if (text_of(options, OPTION_SAVE_WORLD) != NULL && (out->classic || out->is_model)) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "--save-world writes terrain and what stands on it, and this is %s; "
-                          "give --save",
-                          out->classic ? "the classic picture" : "a model alone");
-    }
-    return vd_success();
-}
-
 /* ---- classic ----------------------------------------------------------------------------------
  */
 
@@ -608,7 +571,7 @@ vd_status vd_render_settings_read(const vd_options *options, vd_render_settings 
         status = read_data(options, &made);
     }
     if (status.code == VD_OK) {
-        status = read_world(options, &made);
+        status = vd_world_settings_read(options, &made);
     }
     if (status.code == VD_OK && made.classic) {
         status = read_classic(options, &made);

@@ -217,6 +217,10 @@ bool vd_is_model_name(const char *path, bool *z_up);
  * picture of terrain the other way round. Returns VD_ERROR_ARGUMENT naming the option. */
 VD_MUST_USE vd_status vd_model_settings_read(const vd_options *options, vd_render_settings *out);
 
+/* Reads the options of lines, labels and furniture, and refuses those of worlds where there is
+ * none. Returns VD_ERROR_ARGUMENT naming the option. */
+VD_MUST_USE vd_status vd_world_settings_read(const vd_options *options, vd_render_settings *out);
+
 /* Reads the camera's options. Returns VD_ERROR_ARGUMENT naming the option. */
 VD_MUST_USE vd_status vd_camera_settings_read(const vd_options *options, vd_camera_settings *out);
 

@@ -4,6 +4,7 @@
  * broadleaf's crown is many small faceted clumps over an ellipsoid, darker below; facets catch the
  * light differently, which does what leaves would.
  */
+#include "random.h"
 #include "tree.h"
 
 #include <math.h>

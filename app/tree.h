@@ -23,12 +23,4 @@ char *vd_tree_obj(vd_tree_kind kind, uint64_t seed);
 /* Returns the text of "tree.mtl". */
 const char *vd_tree_mtl(void);
 
-/* SplitMix64 (Steele, Lea, Flood 2014): uniform in [0, 1). */
-static inline double vd_uniform(uint64_t *state) {
-    uint64_t z = (*state += 0x9E3779B97F4A7C15u);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
-
 #endif

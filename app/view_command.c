@@ -136,15 +136,9 @@ static vd_status check(const vd_options *options, const vd_render_settings *sett
 static vd_status run(vd_options *options, const vd_render_settings *settings,
                      const vd_world_content *content) {
     vd_notes notes;
-    vd_status status = vd_notes_init(&notes, settings->quiet);
+    vd_status status = vd_render_notes_begin(&notes, settings->quiet, options->note, content);
     if (status.code != VD_OK) {
         return status;
-    }
-    if (options->note[0] != '\0') {
-        vd_notes_log(&notes, VD_LOG_WARNING, options->note);
-    }
-    for (size_t i = 0; i < content->warning_count; i++) {
-        vd_notes_log(&notes, VD_LOG_WARNING, content->warnings[i]);
     }
     vd_impostor_def impostors = vd_impostor_def_default();
     impostors.tolerance_px = options->values[VIEW_TOLERANCE].number;
