@@ -1,17 +1,6 @@
 /* shaders.c: the fragment functions that are there. */
-#include <math.h>
 #include <string.h>
-#include "image/srgb.h"
-#include "raster/raster_internal.h"
-
-#define EACH_LANE(i) for (int i = 0; i < VD_BATCH; i++)
-
-typedef float lanes[VD_BATCH] __attribute__((aligned(64)));
-
-static float clamp(float v) {
-    v = v > 0.0f ? v : 0.0f;
-    return v < 1.0f ? v : 1.0f;
-}
+#include "raster/shader_math.h"
 
 /* ---- colour -----------------------------------------------------------------------------------*/
 
@@ -23,24 +12,18 @@ static float decode(float encoded) {
     return a + (at - (float)low) * (b - a);
 }
 
-/* Within 0.09 / 255 of the curve (terrain/lens_map_internal.h). */
-static float encode(float linear) {
-    const float v = clamp(linear), s = sqrtf(v);
-    return v < VD_SRGB_LINEAR_TOE ? v * 12.92f : VD_SRGB_ENCODE(s);
-}
-
 /* The material's albedo under its texture, linear, and alpha into color[3]. `uv` is the first of
  * the texture coordinates among the varyings. */
 void vd_surface_albedo(const vd_fragments *f, int uv, float (*albedo)[VD_BATCH]) {
     const vd_material *m = f->material;
     const float base[3] = {m->albedo.r, m->albedo.g, m->albedo.b};
-    lanes texel[4];
+    vd_shader_lanes texel[4];
     if (m->texture != NULL) {
         vd_texture_sample(m->texture, m->filter, f->varyings + uv,
                           f->varyings_dx == NULL ? NULL : f->varyings_dx + uv,
                           f->varyings_dy == NULL ? NULL : f->varyings_dy + uv, texel);
     }
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         for (int c = 0; c < 3; c++) {
             albedo[c][i] = m->texture != NULL ? base[c] * decode(texel[c][i]) : base[c];
         }
@@ -49,12 +32,12 @@ void vd_surface_albedo(const vd_fragments *f, int uv, float (*albedo)[VD_BATCH])
 }
 
 void vd_surface_alpha(const vd_fragments *f, int uv) {
-    lanes albedo[3];
+    vd_shader_lanes albedo[3];
     if (uv >= 0) {
         vd_surface_albedo(f, uv, albedo);
         return;
     }
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         f->color[3][i] = f->material->alpha;
     }
 }
@@ -79,10 +62,10 @@ static void turn(const float m[3][3], const float v[3], float out[3]) {
 }
 
 /* Unit normals in camera space, turned towards the viewer, and unit vectors to the viewer. */
-static void orient(const vd_fragments *f, const float (*normal)[VD_BATCH], lanes n[3],
-                   lanes to_eye[3]) {
+static void orient(const vd_fragments *f, const float (*normal)[VD_BATCH], vd_shader_lanes n[3],
+                   vd_shader_lanes to_eye[3]) {
     const vd_mesh_view *v = f->view;
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         const float in[3] = {normal[0][i], normal[1][i], normal[2][i]};
         float out[3], eye[3] = {0.0f, 0.0f, -1.0f};
         turn(v->camera_from_normal, in, out);
@@ -105,15 +88,6 @@ static void orient(const vd_fragments *f, const float (*normal)[VD_BATCH], lanes
     }
 }
 
-static float power(float base, int exponent) {
-    float result = 1.0f;
-    for (; exponent > 0; exponent /= 2) {
-        result = exponent % 2 != 0 ? result * base : result;
-        base = base * base;
-    }
-    return result;
-}
-
 static void light(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv) {
     const vd_phong *phong = f->uniforms != NULL ? f->uniforms : &vd_phong_standard;
     const vd_material *m = f->material;
@@ -122,10 +96,10 @@ static void light(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv
     const float ambient[3] = {phong->ambient.r, phong->ambient.g, phong->ambient.b};
     const int exponent = m->shininess > 1.0f ? (int)m->shininess : 1;
     const bool parallel = f->view->far_m > 0.0f;
-    lanes albedo[3], n[3], eye[3];
+    vd_shader_lanes albedo[3], n[3], eye[3];
     vd_surface_albedo(f, uv, albedo);
     orient(f, normal, n, eye);
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         float sum[3];
         for (int c = 0; c < 3; c++) {
             sum[c] = emission[c] + albedo[c][i] * ambient[c];
@@ -143,7 +117,7 @@ static void light(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv
                 mirrored = mirrored + (2.0f * cosine * n[r][i] - to[r]) * eye[r][i];
             }
             mirrored = parallel ? to[2] - 2.0f * cosine * n[2][i] : mirrored;
-            const float highlight = mirrored > 0.0f ? power(mirrored, exponent) : 0.0f;
+            const float highlight = mirrored > 0.0f ? vd_shader_power(mirrored, exponent) : 0.0f;
             const vd_linear color = phong->lights[l].color;
             const float lit[3] = {color.r, color.g, color.b};
             for (int c = 0; c < 3; c++) {
@@ -151,7 +125,7 @@ static void light(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv
             }
         }
         for (int c = 0; c < 3; c++) {
-            f->color[c][i] = encode(sum[c]);
+            f->color[c][i] = vd_shader_encode(sum[c]);
         }
     }
 }
@@ -170,14 +144,14 @@ static void shade_depth(const vd_fragments *f) {
     const vd_depth_range whole = {1.0f, 0.0f};
     const vd_depth_range *range = f->uniforms != NULL ? f->uniforms : &whole;
     const float scale = 1.0f / (range->nearest - range->farthest);
-    EACH_LANE(i) {
-        const float t = clamp((f->depth[i] - range->farthest) * scale);
+    VD_EACH_LANE(i) {
+        const float t = vd_shader_clamp((f->depth[i] - range->farthest) * scale);
         f->color[0][i] = f->color[1][i] = f->color[2][i] = t * t * t;
     }
 }
 
 static void shade_normals(const vd_fragments *f) {
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         const float in[3] = {f->varyings[0][i], f->varyings[1][i], f->varyings[2][i]};
         float n[3];
         turn(f->view->camera_from_normal, in, n);
@@ -190,7 +164,7 @@ static void shade_normals(const vd_fragments *f) {
 }
 
 static void shade_uv(const vd_fragments *f) {
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         f->color[0][i] = f->varyings[0][i] - floorf(f->varyings[0][i]);
         f->color[1][i] = f->varyings[1][i] - floorf(f->varyings[1][i]);
         f->color[2][i] = 0.0f;
@@ -198,7 +172,7 @@ static void shade_uv(const vd_fragments *f) {
 }
 
 static void shade_id(const vd_fragments *f) {
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         uint32_t h = (f->primitive[i] + 1) * 0x9E3779B1u; /* neighbours far apart */
         h ^= h >> 15;
         h *= 0x85EBCA77u;
@@ -210,11 +184,11 @@ static void shade_id(const vd_fragments *f) {
 }
 
 static void shade_albedo(const vd_fragments *f) {
-    lanes albedo[3];
+    vd_shader_lanes albedo[3];
     vd_surface_albedo(f, 0, albedo);
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         for (int c = 0; c < 3; c++) {
-            f->color[c][i] = encode(albedo[c][i]);
+            f->color[c][i] = vd_shader_encode(albedo[c][i]);
         }
     }
 }

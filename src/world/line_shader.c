@@ -1,14 +1,13 @@
 /* line_shader.c: lines over the ground: unlit, a little nearer than they are. */
+#include "raster/shader_math.h"
 #include "world/world_internal.h"
-
-#define EACH_LANE(i) for (int i = 0; i < VD_BATCH; i++)
 
 static void vertex(const vd_vertices *v) {
     const vd_line_view *line = v->uniforms;
     const float(*m)[4] = v->view->picture_from_mesh;
     const vd_vec3 eye = vd_vec3_subtract(line->eye, v->mesh->anchor);
     const float ex = (float)eye.x, ey = (float)eye.y, drop = (float)line->drop_per_m2;
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         const float x = v->position[0][i], y = v->position[1][i];
         const float dx = x - ex, dy = y - ey;
         const float z = v->position[2][i] - drop * (dx * dx + dy * dy);
@@ -24,7 +23,7 @@ static void fragment(const vd_fragments *f) {
     const float encoded[3] = {(float)vd_srgb_encode(c.r) / 65535.0f,
                               (float)vd_srgb_encode(c.g) / 65535.0f,
                               (float)vd_srgb_encode(c.b) / 65535.0f};
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         for (int k = 0; k < 3; k++) {
             f->color[k][i] = encoded[k];
         }

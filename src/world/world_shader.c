@@ -1,36 +1,12 @@
 /* world_shader.c: fragment functions of a world's meshes. */
 #include "world/world_shader.h"
-#include <math.h>
-#include "image/srgb.h"
-#include "raster/raster_internal.h"
-
-#define EACH_LANE(i) for (int i = 0; i < VD_BATCH; i++)
-
-typedef float lanes[VD_BATCH] __attribute__((aligned(64)));
-
-static inline float clamp(float v) {
-    v = v > 0.0f ? v : 0.0f;
-    return v < 1.0f ? v : 1.0f;
-}
-
-static inline float encode(float linear) {
-    const float v = clamp(linear), s = sqrtf(v);
-    return v < VD_SRGB_LINEAR_TOE ? v * 12.92f : VD_SRGB_ENCODE(s);
-}
-
-static float power(float base, int exponent) {
-    float result = 1.0f;
-    for (; exponent > 0; exponent /= 2) {
-        result = exponent % 2 != 0 ? result * base : result;
-        base = base * base;
-    }
-    return result;
-}
+#include "raster/shader_math.h"
 
 /* Places in camera space. */
-static void find_places(const vd_fragments *f, const vd_world_light *light, lanes place[3]) {
-    lanes z;
-    EACH_LANE(i) {
+static void find_places(const vd_fragments *f, const vd_world_light *light,
+                        vd_shader_lanes place[3]) {
+    vd_shader_lanes z;
+    VD_EACH_LANE(i) {
         z[i] = light->parallel ? (1.0f - f->depth[i]) * light->far_m : f->w[i];
     }
     vd_world_light_place(light, f->x, f->y, z, place);
@@ -38,9 +14,9 @@ static void find_places(const vd_fragments *f, const vd_world_light *light, lane
 
 /* Unit normals in camera space, turned towards the viewer. */
 static void find_normals(const vd_fragments *f, const float (*normal)[VD_BATCH], bool parallel,
-                         float place[3][VD_BATCH], lanes n[3]) {
+                         float place[3][VD_BATCH], vd_shader_lanes n[3]) {
     const float(*m)[3] = f->view->camera_from_normal;
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         const float x = normal[0][i], y = normal[1][i], z = normal[2][i];
         const float a = (m[0][0] * x + m[0][1] * y) + m[0][2] * z;
         const float b = (m[1][0] * x + m[1][1] * y) + m[1][2] * z;
@@ -56,10 +32,11 @@ static void find_normals(const vd_fragments *f, const float (*normal)[VD_BATCH],
 
 /* What hills and things leave of the sun, where it falls on the surface. */
 static void find_visible(const vd_fragments *f, const vd_world_uniforms *uniforms,
-                         float place[3][VD_BATCH], lanes n[3], const float *cosine, lanes visible) {
+                         float place[3][VD_BATCH], vd_shader_lanes n[3], const float *cosine,
+                         vd_shader_lanes visible) {
     const vd_world_light *light = uniforms->light;
     uint32_t facing = 0;
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         visible[i] = uniforms->sun_visible;
         facing |= (uint32_t)(cosine[i] > 0.0f) << i;
     }
@@ -72,8 +49,8 @@ static void find_visible(const vd_fragments *f, const vd_world_uniforms *uniform
     if (!uniforms->receives || light->map == NULL || facing == 0) {
         return;
     }
-    lanes lifted[3], width, share;
-    EACH_LANE(i) {
+    vd_shader_lanes lifted[3], width, share;
+    VD_EACH_LANE(i) {
         const float square = 1.0f - cosine[i] * cosine[i];
         width[i] = vd_world_light_width(light, place[2][i]);
         const float lift =
@@ -83,19 +60,19 @@ static void find_visible(const vd_fragments *f, const vd_world_uniforms *uniform
         lifted[2][i] = place[2][i] + n[2][i] * lift;
     }
     (void)vd_world_light_shares(light, facing, lifted, width, share);
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         visible[i] = visible[i] * share[i];
     }
 }
 
 /* The sun mirrored to the viewer, as vd_phong has it. */
 static void add_highlight(const vd_fragments *f, const vd_world_light *light,
-                          float place[3][VD_BATCH], lanes n[3], const float *cosine,
-                          const float *visible, lanes sum[3]) {
+                          float place[3][VD_BATCH], vd_shader_lanes n[3], const float *cosine,
+                          const float *visible, vd_shader_lanes sum[3]) {
     const vd_material *m = f->material;
     const float specular[3] = {m->specular.r, m->specular.g, m->specular.b};
     const int exponent = m->shininess > 1.0f ? (int)m->shininess : 1;
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         const float x = place[0][i], y = place[1][i], z = place[2][i];
         const float scale = light->parallel ? 1.0f : 1.0f / sqrtf((x * x + y * y) + z * z);
         const float eye[3] = {light->parallel ? 0.0f : -x * scale,
@@ -106,7 +83,7 @@ static void add_highlight(const vd_fragments *f, const vd_world_light *light,
             mirrored = mirrored + (2.0f * cosine[i] * n[r][i] - light->to_sun[r]) * eye[r];
         }
         const bool seen = cosine[i] > 0.0f && mirrored > 0.0f;
-        const float highlight = seen ? power(mirrored, exponent) * visible[i] : 0.0f;
+        const float highlight = seen ? vd_shader_power(mirrored, exponent) * visible[i] : 0.0f;
         for (int c = 0; c < 3; c++) {
             sum[c][i] = sum[c][i] + specular[c] * highlight * light->sun[c];
         }
@@ -118,17 +95,17 @@ static void shade(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv
     const vd_world_light *light = uniforms->light;
     const vd_material *m = f->material;
     const float emission[3] = {m->emission.r, m->emission.g, m->emission.b};
-    lanes albedo[3], place[3], n[3], cosine, visible, sum[3];
+    vd_shader_lanes albedo[3], place[3], n[3], cosine, visible, sum[3];
     vd_surface_albedo(f, uv, albedo);
     find_places(f, light, place);
     find_normals(f, normal, light->parallel, place, n);
     const float *s = light->to_sun, *u = light->up;
-    EACH_LANE(i) {
+    VD_EACH_LANE(i) {
         cosine[i] = (n[0][i] * s[0] + n[1][i] * s[1]) + n[2][i] * s[2];
     }
     find_visible(f, uniforms, place, n, cosine, visible);
     for (int c = 0; c < 3; c++) {
-        EACH_LANE(i) {
+        VD_EACH_LANE(i) {
             const float up = (n[0][i] * u[0] + n[1][i] * u[1]) + n[2][i] * u[2];
             const float direct = cosine[i] > 0.0f ? cosine[i] * visible[i] : 0.0f;
             const float ambient = light->ambient[c] + light->ambient_more[c] * (0.5f + 0.5f * up);
@@ -140,15 +117,15 @@ static void shade(const vd_fragments *f, const float (*normal)[VD_BATCH], int uv
     if (m->specular.r > 0.0f || m->specular.g > 0.0f || m->specular.b > 0.0f) {
         add_highlight(f, light, place, n, cosine, visible, sum);
     }
-    lanes left;
-    EACH_LANE(i) {
+    vd_shader_lanes left;
+    VD_EACH_LANE(i) {
         left[i] = light->haze != 0.0f
                       ? vd_world_light_left(light, place[0][i], place[1][i], place[2][i])
                       : 1.0f;
     }
     for (int c = 0; c < 3; c++) {
-        EACH_LANE(i) {
-            const float color = encode(sum[c][i]);
+        VD_EACH_LANE(i) {
+            const float color = vd_shader_encode(sum[c][i]);
             f->color[c][i] = color + (light->haze_color[c] - color) * (1.0f - left[i]);
         }
     }
