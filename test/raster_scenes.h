@@ -172,4 +172,25 @@ static inline vd_mesh *sphere(vd_context *context, int rings, int sectors, doubl
     return mesh;
 }
 
+/* A cube of side 2 · `half`, its axes the world's. */
+static inline vd_mesh *test_cube(vd_context *context, float half, vd_vec3 anchor) {
+    float p[24];
+    for (int i = 0; i < 8; i++) {
+        for (int k = 0; k < 3; k++) {
+            p[3 * i + k] = (i >> k & 1) != 0 ? half : -half;
+        }
+    }
+    static const uint32_t indices[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                         2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+    vd_mesh_def def = vd_mesh_def_default();
+    def.vertex_count = 8;
+    def.positions = p;
+    def.index_count = 36;
+    def.indices = indices;
+    def.anchor = anchor;
+    vd_mesh *mesh = NULL;
+    assert_ok(vd_mesh_create(context, &def, &mesh));
+    return mesh;
+}
+
 #endif

@@ -1,48 +1,20 @@
 /* test_app_evaluate.c: `veduta evaluate` from outside: what it prints and writes, that it can be
  * repeated, that impostors do better than whole screens over a slow link, and what is refused. */
-#include "support.h"
+#include "app_support.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include <veduta/picture.h>
 
 #define DEM VEDUTA_SOURCE_DIR "/data/mont-blanc.png"
 
-static char out[1 << 16], err[1 << 13], one[1 << 16];
+static char one[1 << 16];
 
 /* 240 m over a grove, once around in 30 s. */
 static const char orbit_json[] =
     "{\"veduta_path\": 1, \"clearance\": 0, \"orbit\": {\"centre\": [25660, -6160, 1070], "
     "\"radius\": 420, \"height\": 240, \"duration\": 30}}\n";
-
-static void read_back(const char *path, char *to, size_t bytes) {
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    to[fread(to, 1, bytes - 1, file)] = '\0';
-    (void)fclose(file);
-}
-
-static void write_file(const char *name, const char *text) {
-    FILE *file = fopen(name, "wb");
-    assert_non_null(file);
-    assert_true(fputs(text, file) >= 0);
-    assert_int_equal(fclose(file), 0);
-}
-
-/* Runs `veduta ARGUMENTS` under a time limit; returns the exit status. */
-static int run(const char *environment, const char *arguments) {
-    char command[2048];
-    (void)snprintf(command, sizeof command, "%s timeout 300 '%s/veduta' %s >out.txt 2>err.txt",
-                   environment, VEDUTA_BINARY_DIR, arguments);
-    const int status = system(command);
-    read_back("out.txt", out, sizeof out);
-    read_back("err.txt", err, sizeof err);
-    assert_true(WIFEXITED(status));
-    return WEXITSTATUS(status);
-}
 
 /* Measures the grove in 2 s of 128 × 72. */
 static int evaluate(const char *arguments) {

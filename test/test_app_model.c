@@ -1,36 +1,14 @@
 /* test_app_model.c: `veduta render MODEL` and `veduta info MODEL` from outside. */
-#include "support.h"
+#define APP_LIMIT_S 120
+#include "app_support.h"
 
 #include <dirent.h>
-#include <stdio.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include <veduta/raster.h>
 
 #define MODELS VEDUTA_SOURCE_DIR "/test/models"
 #define BAD VEDUTA_SOURCE_DIR "/test/corpus/model"
-
-static char out[1 << 15], err[1 << 13];
-
-static void read_back(const char *path, char *to, size_t bytes) {
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    to[fread(to, 1, bytes - 1, file)] = '\0';
-    (void)fclose(file);
-}
-
-/* Runs `veduta ARGUMENTS` under a time limit; returns the exit status. */
-static int run(const char *environment, const char *arguments) {
-    char command[2048];
-    (void)snprintf(command, sizeof command, "%s timeout 120 '%s/veduta' %s >out.txt 2>err.txt",
-                   environment, VEDUTA_BINARY_DIR, arguments);
-    const int status = system(command);
-    read_back("out.txt", out, sizeof out);
-    read_back("err.txt", err, sizeof err);
-    assert_true(WIFEXITED(status));
-    return WEXITSTATUS(status);
-}
 
 static void succeeds(const char *arguments) {
     if (run("", arguments) != 0) {

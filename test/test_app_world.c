@@ -1,9 +1,7 @@
 /* test_app_world.c: world files and --save-world from outside. */
-#include "support.h"
+#include "app_support.h"
 
-#include <stdio.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include <veduta/world.h>
 
@@ -11,34 +9,6 @@
 #define DATA VEDUTA_SOURCE_DIR "/data"
 #define MODELS VEDUTA_SOURCE_DIR "/test/models"
 #define VECTORS VEDUTA_SOURCE_DIR "/test/vectors"
-
-static char out[1 << 15], err[1 << 13];
-
-static void read_back(const char *path, char *to, size_t bytes) {
-    FILE *file = fopen(path, "rb");
-    assert_non_null(file);
-    to[fread(to, 1, bytes - 1, file)] = '\0';
-    (void)fclose(file);
-}
-
-/* Runs `veduta ARGUMENTS` under a time limit; returns the exit status. */
-static int run(const char *environment, const char *arguments) {
-    char command[2048];
-    (void)snprintf(command, sizeof command, "%s timeout 300 '%s/veduta' %s >out.txt 2>err.txt",
-                   environment, VEDUTA_BINARY_DIR, arguments);
-    const int status = system(command);
-    read_back("out.txt", out, sizeof out);
-    read_back("err.txt", err, sizeof err);
-    assert_true(WIFEXITED(status));
-    return WEXITSTATUS(status);
-}
-
-static void write_file(const char *name, const char *text) {
-    FILE *file = fopen(name, "wb");
-    assert_non_null(file);
-    assert_true(fputs(text, file) >= 0);
-    assert_int_equal(fclose(file), 0);
-}
 
 /* Renders and gives the hash. */
 static void renders(const char *environment, const char *arguments, char hash[17]) {

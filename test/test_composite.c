@@ -30,26 +30,6 @@ static vd_quat cube_turn(void) {
     return vd_quat_from_axis_angle(vd_vec3_make(0.3, -0.5, 0.9), 0.7);
 }
 
-static vd_mesh *cube(vd_context *context) {
-    float p[24];
-    for (int i = 0; i < 8; i++) {
-        for (int k = 0; k < 3; k++) {
-            p[3 * i + k] = (i >> k & 1) != 0 ? 4.0f : -4.0f;
-        }
-    }
-    static const uint32_t indices[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
-                                         2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
-    vd_mesh_def def = vd_mesh_def_default();
-    def.vertex_count = 8;
-    def.positions = p;
-    def.index_count = 36;
-    def.indices = indices;
-    def.anchor = vd_vec3_make(2, 3, 1);
-    vd_mesh *mesh = NULL;
-    assert_ok(vd_mesh_create(context, &def, &mesh));
-    return mesh;
-}
-
 static vd_camera looking(bool parallel) {
     vd_camera camera = {.eye = {-14, -22, 14}, .near_m = 0.5, .far_m = 80};
     camera.orientation = vd_orientation_look_at(camera.eye, vd_vec3_make(2, 3, 1));
@@ -102,7 +82,7 @@ static vd_target *draw_both(int threads, vd_isa isa, const vd_camera *camera, in
                             bool terrain_first, vd_context **context_out) {
     vd_context *context = test_context(threads, isa);
     vd_heightfield *map = slope(context);
-    vd_mesh *mesh = cube(context);
+    vd_mesh *mesh = test_cube(context, 4, vd_vec3_make(2, 3, 1));
     vd_terrain_def terrain_def = vd_terrain_def_default();
     terrain_def.heightfield = map;
     terrain_def.mip = false;

@@ -18,26 +18,6 @@ static int tear_down(void **state) {
     return 0;
 }
 
-static vd_mesh *cube(float half, vd_vec3 anchor) {
-    float p[24];
-    for (int i = 0; i < 8; i++) {
-        for (int k = 0; k < 3; k++) {
-            p[3 * i + k] = (i >> k & 1) != 0 ? half : -half;
-        }
-    }
-    static const uint32_t indices[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
-                                         2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
-    vd_mesh_def def = vd_mesh_def_default();
-    def.vertex_count = 8;
-    def.positions = p;
-    def.index_count = 36;
-    def.indices = indices;
-    def.anchor = anchor;
-    vd_mesh *mesh = NULL;
-    assert_ok(vd_mesh_create(context, &def, &mesh));
-    return mesh;
-}
-
 /* Where a ray is in the cube of the half side `half` around `middle`: from … to; false nowhere. */
 static bool through(vd_vec3 origin, vd_vec3 direction, vd_vec3 middle, double half, double *from,
                     double *to) {
@@ -69,7 +49,7 @@ static void shades_as_rays_do(void **state) {
     int dark = 0, lit = 0;
     for (int scene = 0; scene < 20; scene++) {
         const vd_vec3 middle = {1000.25, -2000.5, 10};
-        vd_mesh *mesh = cube(4, middle);
+        vd_mesh *mesh = test_cube(context, 4, middle);
         vd_draw draw = vd_draw_default();
         draw.mesh = mesh;
         vd_vec3 min, max;
@@ -110,7 +90,7 @@ static void has_no_acne(void **state) {
     vd_sun_map *map = NULL;
     assert_ok(vd_sun_map_create(context, &map));
     for (int scene = 0; scene < 30; scene++) {
-        vd_mesh *mesh = cube(4, vd_vec3_make(0, 0, 0));
+        vd_mesh *mesh = test_cube(context, 4, vd_vec3_make(0, 0, 0));
         vd_draw draw = vd_draw_default();
         draw.mesh = mesh;
         const vd_vec3 sun =
@@ -139,7 +119,7 @@ static void softens_edges(void **state) {
     (void)state;
     vd_sun_map *map = NULL;
     assert_ok(vd_sun_map_create(context, &map));
-    vd_mesh *mesh = cube(4, vd_vec3_make(0, 0, 0));
+    vd_mesh *mesh = test_cube(context, 4, vd_vec3_make(0, 0, 0));
     vd_draw draw = vd_draw_default();
     draw.mesh = mesh;
     assert_ok(vd_sun_map_draw(map, NULL, vd_vec3_make(0, 0, 1), &draw, 1, vd_vec3_make(-4, -4, -4),
@@ -176,7 +156,8 @@ static void moves_with_the_world(void **state) {
         pane.blend = true;
         pane.alpha = 0.5f;
         for (int k = 0; k < 2; k++) {
-            meshes[i][k] = cube(k == 0 ? 3.1f : 1.7f, vd_vec3_add(by, vd_vec3_make(7 * k, 2, 5)));
+            meshes[i][k] = test_cube(context, k == 0 ? 3.1f : 1.7f,
+                                     vd_vec3_add(by, vd_vec3_make(7 * k, 2, 5)));
             draws[k] = vd_draw_default();
             draws[k].mesh = meshes[i][k];
         }
@@ -322,7 +303,7 @@ static void is_empty_without_sun_or_casters(void **state) {
     vd_sun_map *map = NULL;
     assert_ok(vd_sun_map_create(context, &map));
     assert_float_equal(share_at(map, vd_vec3_make(0, 0, 0), 1), 1, 0);
-    vd_mesh *mesh = cube(4, vd_vec3_make(0, 0, 10));
+    vd_mesh *mesh = test_cube(context, 4, vd_vec3_make(0, 0, 10));
     vd_draw draw = vd_draw_default();
     draw.mesh = mesh;
     vd_vec3 min, max;
@@ -353,7 +334,7 @@ static void says_when_memory_is_out(void **state) {
     for (int fail_at = 0;; fail_at++) {
         test_allocator allocator = {0};
         vd_context *failing = test_failing_context(&allocator);
-        vd_mesh *mesh = cube(4, vd_vec3_make(0, 0, 10));
+        vd_mesh *mesh = test_cube(context, 4, vd_vec3_make(0, 0, 10));
         vd_draw draw = vd_draw_default();
         vd_material glass = vd_material_default();
         draw.mesh = mesh;

@@ -79,26 +79,6 @@ static vd_mesh *plane_mesh(bool normals, bool colors) {
     return mesh;
 }
 
-static vd_mesh *cube(float half, vd_vec3 anchor) {
-    float p[24];
-    for (int i = 0; i < 8; i++) {
-        for (int k = 0; k < 3; k++) {
-            p[3 * i + k] = (i >> k & 1) != 0 ? half : -half;
-        }
-    }
-    static const uint32_t indices[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
-                                         2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
-    vd_mesh_def def = vd_mesh_def_default();
-    def.vertex_count = 8;
-    def.positions = p;
-    def.index_count = 36;
-    def.indices = indices;
-    def.anchor = anchor;
-    vd_mesh *mesh = NULL;
-    assert_ok(vd_mesh_create(context, &def, &mesh));
-    return mesh;
-}
-
 static vd_camera looking(vd_vec3 eye, vd_vec3 at, bool parallel) {
     vd_camera camera = {.eye = eye, .near_m = 0.5, .far_m = 2000};
     camera.orientation = vd_orientation_look_at(eye, at);
@@ -214,7 +194,7 @@ typedef struct scene {
 
 static void set_scene(scene *s, bool wall, double haze_m, vd_vec3 by) {
     s->map = plane_ground((vd_rgba8){180, 180, 180, 255}, true, wall);
-    s->mesh = cube(10, vd_vec3_add(by, vd_vec3_make(0, 0, 10)));
+    s->mesh = test_cube(context, 10, vd_vec3_add(by, vd_vec3_make(0, 0, 10)));
     s->light = vd_light_daylight(vd_radians(270), vd_radians(35));
     s->light.haze_m = haze_m;
     s->camera = looking(vd_vec3_add(by, vd_vec3_make(20, -140, 90)),
@@ -378,7 +358,7 @@ static void things_shade_things(void **state) {
     (void)state;
     scene s;
     set_scene(&s, true, 0, vd_vec3_make(100, 0, 0));
-    vd_mesh *second = cube(10, vd_vec3_make(140, 0, 10));
+    vd_mesh *second = test_cube(context, 10, vd_vec3_make(140, 0, 10));
     vd_draw draws[2] = {vd_draw_default(), vd_draw_default()};
     draws[0].mesh = s.mesh;
     draws[1].mesh = second;
@@ -440,7 +420,7 @@ static void curvature_moves_no_shadow(void **state) {
     vd_light light = vd_light_daylight(1.0, 0.6);
     const vd_vec3 eye = {0, 0, 2000};
     vd_camera camera = looking(eye, vd_vec3_make(30000, 20000, 0), false);
-    vd_mesh *mesh = cube(50, vd_vec3_make(30000, 20000, 0));
+    vd_mesh *mesh = test_cube(context, 50, vd_vec3_make(30000, 20000, 0));
     vd_draw draw = vd_draw_default();
     draw.mesh = mesh;
     vd_sun_map *map = NULL;
