@@ -13,52 +13,25 @@
 
 #define HYSTERESIS 1.25
 
+/* How much of the way straight ahead counts as sideways. */
+#define FORWARD 0.25
+
+/* Patches may be so many times larger than other pictures: more of them lie side by side. */
+#define PATCH_SIZE 3.0
+
+/* How many times larger than it has to be near ground may stay. */
+#define KEEP_NEAR 2.0
+
 typedef enum wanted { NOTHING = 0, PICTURE, CHILDREN, ITSELF } wanted;
 
 typedef struct deciding {
     vd_impostors *set;
     const vd_impostor_view *view;
     bool wishing; /* pictures that are missing are asked for */
+    bool any_need;
+    vd_cells need; /* ground that this walk found too near for pictures */
     vd_status status;
 } deciding;
-
-void vd_impostor_bounds(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
-                        vd_vec3 *min, vd_vec3 *max) {
-    const vd_node *n = &set->world->nodes[node];
-    const double x = 0.5 * (n->min.x + n->max.x) - view->camera.eye.x;
-    const double y = 0.5 * (n->min.y + n->max.y) - view->camera.eye.y;
-    const double drop = view->drop_per_m2 * (x * x + y * y);
-    *min = n->min;
-    *max = n->max;
-    min->z -= drop;
-    max->z -= drop;
-}
-
-static int corners_of(vd_vec3 min, vd_vec3 max, vd_vec3 out[8]) {
-    for (int i = 0; i < 8; i++) {
-        out[i] = vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
-                              (i & 4) != 0 ? max.z : min.z);
-    }
-    return 8;
-}
-
-double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
-                         const vd_impostor_slot *slot) {
-    if (slot->now.rgba == NULL) {
-        return (double)INFINITY;
-    }
-    vd_vec3 min, max, corners[8];
-    vd_impostor_bounds(set, view, slot->node, &min, &max);
-    const int count = corners_of(min, max, corners);
-    const double error =
-        vd_impostor_plane_error(&slot->now.plane, corners, count, view->eye, view->focal_px);
-    /* A picture that is shown larger or smaller than it was made for. */
-    const double then = slot->now.plane.distance_m / slot->now.focal_px;
-    const double now =
-        vd_vec3_length(vd_vec3_subtract(view->eye, slot->now.plane.origin)) / view->focal_px;
-    const double ratio = then > now ? then / now : now / then;
-    return ratio > 1.5 ? fmax(error, 2.0 * set->def.tolerance_px) : error;
-}
 
 /* Finds or makes the slot of a node; null when memory is out. */
 static vd_impostor_slot *slot_of(deciding *d, uint32_t node) {
@@ -86,15 +59,48 @@ static void add_index(deciding *d, vd_list *list, uint32_t index) {
 
 /* ---- one node ---------------------------------------------------------------------------------*/
 
-static wanted want(const deciding *d, uint32_t index, bool was_split) {
+/* Whether one picture of all of a node is good: it lasts, and is neither too large nor too near. */
+static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max, double most_px,
+                    double loosen) {
     const vd_impostor_view *view = d->view;
     const vd_impostor_def *def = &d->set->def;
+    const vd_vec3 middle = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
+    const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
+    const vd_vec3 sight = vd_vec3_subtract(middle, view->eye);
+    const double z = vd_vec3_length(sight);
+    if (!(z > 1.5 * radius) || !(2.0 * radius * view->focal_px * loosen <= most_px * z)) {
+        return false;
+    }
+    vd_vec3 through, normal;
+    const double depth = vd_impostor_best_plane(d->set, view, index, &through, &normal);
+    const double along = vd_vec3_dot(view->velocity, sight) / z;
+    const double speed = vd_vec3_length(view->velocity);
+    const double aside = sqrt(fmax(speed * speed - along * along, 0.0)) + FORWARD * fabs(along);
+    const double way =
+        vd_impostor_free_way(z, depth, view->focal_px, fmax(def->tolerance_px, 0.01));
+    return way * def->rate_hz >= def->least_reuse * loosen * fmax(aside, def->speed_mps);
+}
+
+/* Where ground is shown by patches, their pictures have what stands on them: what stands on ground
+ * that is drawn itself is left. PICTURE: any of it may be; CHILDREN: parts of it may. */
+static wanted want_near(const deciding *d, const vd_node *node) {
+    const vd_impostors *set = d->set;
+    if (set->ground.count == 0) {
+        return PICTURE;
+    }
+    const vd_cells at = vd_world_node_cells(set->ground.sample_from_world, &set->ground.map, node);
+    const bool overlaps = set->any_near && vd_cells_overlap(&at, &set->near);
+    return overlaps ? (vd_cells_hold(&set->near, &at) ? PICTURE : CHILDREN)
+                    : (node->names ? CHILDREN : NOTHING);
+}
+
+static wanted want(const deciding *d, uint32_t index, bool was_split) {
     const vd_node *node = &d->set->world->nodes[index];
     const bool placed = node->count == 0;
     const wanted parts = placed ? ITSELF : CHILDREN;
     vd_vec3 min, max;
-    vd_impostor_bounds(d->set, view, index, &min, &max);
-    if (!vd_frustum_touches_box(&view->frustum, min, max)) {
+    vd_impostor_bounds(d->set, d->view, index, &min, &max);
+    if (!vd_frustum_touches_box(&d->view->frustum, min, max)) {
         return NOTHING;
     }
     if (placed) {
@@ -103,25 +109,20 @@ static wanted want(const deciding *d, uint32_t index, bool was_split) {
         if (kind == VD_OBJECT_TERRAIN) {
             return NOTHING; /* the ground is drawn with every picture */
         }
-        if (kind == VD_OBJECT_LINE || kind == VD_OBJECT_LABEL) {
-            return ITSELF; /* as wide from afar as from near */
+        if (kind == VD_OBJECT_LABEL) {
+            return ITSELF; /* as large from afar as from near */
         }
-    } else if (node->names) {
-        return CHILDREN;
     }
-    const vd_vec3 middle = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
-    const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
-    const double z = vd_vec3_length(vd_vec3_subtract(middle, view->eye));
-    if (!(z > 1.5 * radius)) {
+    const wanted near = want_near(d, node);
+    if (near != PICTURE) {
+        return near == CHILDREN ? parts : near;
+    }
+    if (node->names ||
+        (placed && d->set->world->entries[node->entry].object->kind == VD_OBJECT_LINE)) {
         return parts;
     }
-    const double loosen = was_split ? HYSTERESIS : 1.0;
-    const double size_px = 2.0 * radius * view->focal_px / z;
-    const double way =
-        vd_impostor_free_way(z, radius, view->focal_px, fmax(def->tolerance_px, 0.01));
-    const double lasts = way * def->rate_hz / view->speed_mps;
-    const double most = placed ? 2.0 * def->most_px : def->most_px;
-    return size_px * loosen <= most && lasts >= def->least_reuse * loosen ? PICTURE : parts;
+    const double most = placed ? 2.0 * d->set->def.most_px : d->set->def.most_px;
+    return is_good(d, index, min, max, most, was_split ? HYSTERESIS : 1.0) ? PICTURE : parts;
 }
 
 /* Asks for the picture of a node; false when there is none to show yet. */
@@ -155,15 +156,17 @@ static bool ask(deciding *d, uint32_t index) {
     return slot->now.rgba != NULL || slot->empty;
 }
 
-static void show(deciding *d, uint32_t index) {
+static void show(deciding *d, uint32_t index, vd_list *list) {
     vd_impostor_slot *slot = slot_of(d, index);
     if (slot == NULL || slot->empty) {
         return;
     }
     const double error = vd_impostor_error(d->set, d->view, slot);
     slot->used = d->set->update;
-    d->set->stats.error_px = error > d->set->stats.error_px ? error : d->set->stats.error_px;
-    add_index(d, &d->set->shown, d->set->slot_of[index] - 1);
+    if (slot->now.rgba != NULL && error > d->set->stats.error_px) {
+        d->set->stats.error_px = error;
+    }
+    add_index(d, list, d->set->slot_of[index] - 1);
 }
 
 /* ---- the tree ---------------------------------------------------------------------------------*/
@@ -225,12 +228,13 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
     if (as == PICTURE) {
         const bool ready = ask(d, index);
         if (ready && emit) {
-            show(d, index);
+            show(d, index, &set->shown);
         }
         if (ready) {
             vd_impostor_slot_at(set, set->slot_of[index] - 1)->split = false;
             return true;
         }
+        set->missing += emit;
         if (emit) { /* until it is there: what was shown, or the thing itself */
             if (set->world->nodes[index].count > 0) {
                 const bool wishing = d->wishing;
@@ -247,7 +251,7 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
         const bool ready = walk_children(d, index, false);
         if (!ready) {
             if (emit) {
-                show(d, index);
+                show(d, index, &set->shown);
             }
             return false;
         }
@@ -260,11 +264,148 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
     return emit ? walk_children(d, index, true) : walk_children(d, index, false);
 }
 
+/* ---- the ground -------------------------------------------------------------------------------*/
+
+static void need(deciding *d, const vd_cells *cells) {
+    d->need = d->any_need ? vd_cells_join(&d->need, cells) : *cells;
+    d->any_need = true;
+}
+
+static bool has_picture(const vd_impostors *set, uint32_t index) {
+    const uint32_t known = set->slot_of[index];
+    return known != 0 && (vd_impostor_slot_at(set, known - 1)->now.rgba != NULL ||
+                          vd_impostor_slot_at(set, known - 1)->empty);
+}
+
+static bool walk_patch(deciding *d, uint32_t patch, bool emit);
+
+static bool walk_quarters(deciding *d, uint32_t patch, bool emit) {
+    uint32_t children[4];
+    const int count =
+        vd_ground_children(&d->set->ground, patch, d->view->u, d->view->v, children);
+    bool all = true;
+    for (int i = 0; i < count && d->status.code == VD_OK; i++) {
+        all = walk_patch(d, children[i], emit) && all;
+    }
+    return all;
+}
+
+/* Shows a patch as one picture. Until there is one it is shown by its quarters, if it was before,
+ * or else drawn itself in its place: what is shown has no picture then. */
+static bool show_patch(deciding *d, uint32_t patch, bool was_split, bool emit) {
+    vd_impostors *set = d->set;
+    const uint32_t index = (uint32_t)set->world->node_count + patch;
+    const bool ready = ask(d, index);
+    if (emit && !ready && was_split && d->status.code == VD_OK) {
+        const bool wishing = d->wishing;
+        d->wishing = false;
+        (void)walk_quarters(d, patch, true);
+        d->wishing = wishing;
+    } else if (emit && d->status.code == VD_OK) {
+        set->missing += !ready;
+        show(d, index, &set->far);
+        vd_impostor_slot_at(set, set->slot_of[index] - 1)->split = false;
+    }
+    return ready;
+}
+
+/* Decides a patch; with `emit` it is shown, or what is too near is added to the need.
+ * Returns whether it can be shown as it is wanted. */
+static bool walk_patch(deciding *d, uint32_t patch, bool emit) {
+    vd_impostors *set = d->set;
+    const vd_cells cells = vd_ground_cells(&set->ground, patch);
+    const uint32_t index = (uint32_t)set->world->node_count + patch;
+    const uint32_t known = set->slot_of[index];
+    const bool was_split = known != 0 && vd_impostor_slot_at(set, known - 1)->split;
+    const bool leaf = set->ground.patches[patch].level == 0;
+    vd_vec3 min, max;
+    set->stats.decided++;
+    if (set->any_near && vd_cells_hold(&set->near, &cells)) {
+        return true;
+    }
+    vd_impostor_bounds(set, d->view, index, &min, &max);
+    if (!(min.x <= max.x) || !vd_frustum_touches_box(&d->view->frustum, min, max)) {
+        return true;
+    }
+    const bool forced = set->any_near && vd_cells_overlap(&set->near, &cells);
+    if (!forced &&
+        is_good(d, index, min, max, PATCH_SIZE * set->def.most_px, was_split ? HYSTERESIS : 1.0)) {
+        return show_patch(d, patch, was_split, emit);
+    }
+    if (leaf) {
+        if (emit) {
+            need(d, &cells);
+        }
+        return true;
+    }
+    if (!forced && has_picture(set, index) && !was_split && !walk_quarters(d, patch, false)) {
+        if (emit) {
+            show(d, index, &set->far);
+        }
+        return false;
+    }
+    vd_impostor_slot *slot = slot_of(d, index);
+    if (slot == NULL) {
+        return false;
+    }
+    slot->split = emit ? true : slot->split;
+    return walk_quarters(d, patch, emit);
+}
+
+/* Patches that may hide some of the near ground are near ground too. */
+static void need_hiding(deciding *d) {
+    const vd_impostors *set = d->set;
+    const uint32_t *far = set->far.data;
+    for (size_t i = 0; i < set->far.count && set->any_near; i++) {
+        const vd_cells cells = vd_ground_cells(
+            &set->ground, vd_impostor_patch(set, vd_impostor_slot_at(set, far[i])->node));
+        if (vd_ground_may_hide(&cells, &set->near, d->view->u, d->view->v)) {
+            need(d, &cells);
+        }
+    }
+}
+
+static double area_of(const vd_cells *cells) {
+    return (double)(cells->c1 - cells->c0 + 1) * (cells->r1 - cells->r0 + 1);
+}
+
+/* Near ground is one rectangle, that grows until it hides and is not hidden by patches. What it was
+ * stays while it is not much larger than it has to be. Patches that it cuts are shown by quarters. */
+static vd_status decide_ground(deciding *d) {
+    enum { MOST_WALKS = 16 };
+    vd_impostors *set = d->set;
+    const bool any_before = set->any_near;
+    const vd_cells before = set->near;
+    set->any_near = false;
+    for (int i = 0; i <= MOST_WALKS && d->status.code == VD_OK; i++) {
+        d->any_need = false;
+        set->far.count = set->missing = 0;
+        (void)walk_patch(d, set->ground.count - 1, true);
+        need_hiding(d);
+        if (!d->any_need || (set->any_near && vd_cells_hold(&set->near, &d->need))) {
+            break;
+        }
+        if (i == 0 && any_before && vd_cells_hold(&before, &d->need) &&
+            area_of(&before) <= KEEP_NEAR * area_of(&d->need)) {
+            d->need = before;
+        }
+        set->near = set->any_near ? vd_cells_join(&set->near, &d->need) : d->need;
+        set->near = i + 1 < MOST_WALKS ? set->near : set->ground.map;
+        set->any_near = true;
+    }
+    return d->status;
+}
+
 vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
     deciding d = {.set = set, .view = view, .wishing = true, .status = vd_success()};
-    set->shown.count = set->direct.count = set->wishes.count = 0;
-    set->stats.decided = 0;
+    set->far.count = set->shown.count = set->direct.count = set->wishes.count = 0;
+    set->stats.decided = set->missing = 0;
     set->stats.error_px = 0.0;
-    (void)walk_children(&d, 0, true);
+    if (set->ground.count > 0) {
+        (void)decide_ground(&d);
+    }
+    if (d.status.code == VD_OK) {
+        (void)walk_children(&d, 0, true);
+    }
     return d.status;
 }

@@ -66,6 +66,7 @@ void vd_impostors_receive(vd_impostors *set) {
 
 bool vd_impostors_link_is_full(const vd_impostors *set) {
     /* What is on its way takes memory that cannot be given up. */
-    return set->def.link_bytes_per_s > 0.0 && (set->link_free_s - set->time_s > LONGEST_QUEUE_S ||
+    const double queue_s = LONGEST_QUEUE_S + set->stats.direct_s;
+    return set->def.link_bytes_per_s > 0.0 && (set->link_free_s - set->time_s > queue_s ||
                                                set->sending_bytes > set->def.memory_bytes / 2);
 }

@@ -1,8 +1,8 @@
 /* impostor_set.h: the insides of a vd_impostors.
  *
- * A slot holds what is known of one node of the world's tree: its picture, if it has one, and how
- * the node was shown last, so that nothing flips. Slots are made when a node is first asked about
- * and stay; pictures come and go.
+ * A node is one of the world's tree, or behind those a patch of the ground (impostor_ground.h). A
+ * slot holds what is known of a node: its picture, if it has one, and how it was shown last, so that
+ * nothing flips. Slots are made when a node is first asked about and stay; pictures come and go.
  */
 #ifndef VEDUTA_IMPOSTOR_IMPOSTOR_SET_H
 #define VEDUTA_IMPOSTOR_IMPOSTOR_SET_H
@@ -11,8 +11,8 @@
 #include <veduta/impostor.h>
 #include "core/buffer.h"
 #include "core/list.h"
+#include "impostor/impostor_ground.h"
 #include "impostor/impostor_plane.h"
-#include "world/world_renderer.h"
 
 /* Transparent pixels around each picture, so that its edge fades out when it is filtered. */
 #define VD_IMPOSTOR_PAD 2
@@ -58,12 +58,19 @@ struct vd_impostors {
     const vd_world *world;
     vd_world_renderer *renderer;
     vd_impostor_def def;
-    uint32_t *slot_of; /* [world->node_count]: slot + 1; 0: none */
+    vd_impostor_ground ground;
+    uint32_t *slot_of; /* [nodes]: slot + 1; 0: none */
     vd_list slots;     /* vd_impostor_slot */
-    vd_list shown;     /* uint32_t slots, back to front */
+    vd_list far;       /* uint32_t slots of patches, back to front */
+    vd_list shown;     /* the same of objects, nearer than those */
     vd_list direct;    /* uint32_t nodes */
+    bool any_near;     /* ground that is drawn itself: */
+    vd_cells near;     /* these cells, of all of the picture's ground the nearest */
+    size_t missing;    /* of those that have no picture, though one would be good */
     vd_list quads;     /* vd_quad, of the last picture */
     vd_display *display;
+    vd_frame *front;  /* what is drawn itself, over patches */
+    size_t front_pixels;
     vd_buffer depth;  /* of a frame that has none */
     vd_list wishes;   /* vd_impostor_wish */
     vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
@@ -85,8 +92,22 @@ typedef struct vd_impostor_view {
     vd_camera camera; /* as it is */
     int width, height;
     vd_frustum frustum;
-    double focal_px, speed_mps, drop_per_m2;
+    vd_vec3 velocity; /* metres a second */
+    double focal_px, drop_per_m2;
+    double u, v; /* the cell of the map that the camera is over; anywhere outside, too */
 } vd_impostor_view;
+
+/* The most key points of a node. */
+#define VD_IMPOSTOR_POINTS VD_GROUND_POINTS
+
+static inline bool vd_impostor_is_patch(const vd_impostors *set, uint32_t node) {
+    return node >= set->world->node_count;
+}
+
+/* The patch that a node is. */
+static inline uint32_t vd_impostor_patch(const vd_impostors *set, uint32_t node) {
+    return node - (uint32_t)set->world->node_count;
+}
 
 static inline vd_impostor_slot *vd_impostor_slot_at(const vd_impostors *set, uint32_t slot) {
     return (vd_impostor_slot *)set->slots.data + slot;
@@ -96,11 +117,22 @@ static inline vd_impostor_slot *vd_impostor_slot_at(const vd_impostors *set, uin
 void vd_impostor_bounds(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
                         vd_vec3 *min, vd_vec3 *max);
 
+/* The points by which a node is judged; returns how many. */
+int vd_impostor_key_points(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                           vd_vec3 out[VD_IMPOSTOR_POINTS]);
+
+/* The plane of a node's picture: a point on it, and its normal, zero for one that faces the eye; of
+ * those that it could be the one whose parts lie least far from it along the line of sight. Returns
+ * that depth, metres. */
+double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                              vd_vec3 *through, vd_vec3 *normal);
+
 /* Screen error of a slot's picture for a view; infinity when it has none. */
 double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
                          const vd_impostor_slot *slot);
 
-/* Decides what is shown as what: fills `shown`, `direct` and `wishes`. Returns VD_ERROR_MEMORY. */
+/* Decides what is shown as what: fills `far`, `shown`, `direct`, `near` and `wishes`. Returns
+ * VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view);
 
 /* Draws the picture of a slot. A drawing that fails is counted, and is no failure of the call;

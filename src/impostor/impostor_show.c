@@ -7,6 +7,7 @@
 #include <string.h>
 #include "core/core.h"
 #include "impostor/impostor_set.h"
+#include "terrain/lens_renderer.h"
 
 /* Corners of a picture, its transparent edge included. */
 static void corners_of(const vd_impostor_picture *p, vd_vec3 out[4]) {
@@ -124,12 +125,198 @@ static vd_status add_slot(vd_impostors *set, const vd_camera *camera, vd_imposto
                : status;
 }
 
-static vd_status gather_quads(vd_impostors *set, const vd_camera *camera) {
-    const uint32_t *shown = set->shown.data;
-    vd_status status = vd_success();
+/* Shows the quads that were gathered, and forgets them. */
+static vd_status show_quads(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                            bool test_depth, vd_frame *frame) {
+    const uint64_t start = vd_clock_ns();
+    vd_display_def def = vd_display_def_default();
+    def.near_m = (float)camera->near_m;
+    def.test_depth = test_depth;
+    const vd_status status =
+        vd_display_draw(set->display, job, frame, set->quads.data, (int)set->quads.count, &def);
+    set->stats.overdraw += overdraw_of(set, frame, camera->near_m);
+    set->stats.show_s += 1e-9 * (double)(vd_clock_ns() - start);
     set->quads.count = 0;
-    for (size_t i = 0; i < set->shown.count && status.code == VD_OK; i++) {
-        status = add_slot(set, camera, vd_impostor_slot_at(set, shown[i]));
+    return status;
+}
+
+/* ---- what is drawn itself ---------------------------------------------------------------------*/
+
+typedef struct merging {
+    const vd_frame *from;
+    vd_frame *to;
+    int x, y; /* where in it */
+    bool depth;
+} merging;
+
+#define MERGED_ROWS 16
+
+/* Premultiplied over, as quads are: new + round(old·(255 − a) / 255). */
+static void blend_over(const uint8_t *restrict from, uint8_t *restrict to, int pixels) {
+    for (int i = 0; i < pixels; i++) {
+        const unsigned rest = 255u - from[4 * i + 3];
+        for (int k = 0; k < 4; k++) {
+            const unsigned product = to[4 * i + k] * rest + 128u;
+            to[4 * i + k] = (uint8_t)(from[4 * i + k] + ((product + (product >> 8)) >> 8));
+        }
+    }
+}
+
+/* Blends a frame over a part of another. */
+static void merge_rows(void *user, int index, int worker) {
+    const merging *m = user;
+    const int end = (index + 1) * MERGED_ROWS;
+    (void)worker;
+    for (int y = index * MERGED_ROWS; y < end && y < m->from->height; y++) {
+        const size_t from = (size_t)y * m->from->stride;
+        const size_t to = (size_t)(m->y + y) * m->to->stride + (size_t)m->x;
+        if (m->depth) {
+            memcpy(m->to->depth + to, m->from->depth + from,
+                   (size_t)m->from->width * sizeof(float));
+        }
+        blend_over(m->from->rgba + 4 * from, m->to->rgba + 4 * to, m->from->width);
+    }
+}
+
+static vd_status reserve_front(vd_impostors *set, int width, int height) {
+    const size_t pixels = vd_frame_stride(width) * (size_t)height;
+    if (set->front == NULL || pixels > set->front_pixels) {
+        vd_frame_destroy(&set->front);
+        set->front_pixels = 0;
+        const vd_status status =
+            vd_frame_create(set->context, width, height, VD_PLANE_DEPTH, &set->front);
+        if (status.code != VD_OK) {
+            return status;
+        }
+        set->front_pixels = pixels;
+    }
+    set->front->width = width;
+    set->front->height = height;
+    set->front->stride = vd_frame_stride(width);
+    return vd_success();
+}
+
+/* A rectangle of a picture's pixels. */
+typedef struct rectangle {
+    int x0, y0, x1, y1;
+} rectangle;
+
+/* Where some points are on screen, with a margin for edges; everything when one is behind the eye. */
+static rectangle rectangle_of(const vd_camera *camera, const vd_frame *frame,
+                              const vd_vec3 *points, int count) {
+    const rectangle all = {0, 0, frame->width, frame->height};
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (int i = 0; i < count; i++) {
+        double x, y, z;
+        if (!vd_camera_project(camera, points[i], &x, &y, &z)) {
+            return all;
+        }
+        low[0] = fmin(low[0], x), high[0] = fmax(high[0], x);
+        low[1] = fmin(low[1], y), high[1] = fmax(high[1], y);
+    }
+    return (rectangle){(int)fmax(floor(low[0]) - 2.0, 0.0), (int)fmax(floor(low[1]) - 2.0, 0.0),
+                       (int)fmin(ceil(high[0]) + 2.0, frame->width),
+                       (int)fmin(ceil(high[1]) + 2.0, frame->height)};
+}
+
+/* Draws a part of the world over a rectangle of the frame; its depth too, if asked. */
+static vd_status draw_over(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                           const vd_world_part *part, rectangle in, bool depth, vd_frame *frame,
+                           vd_pass *pass, vd_world_stats *stats) {
+    vd_camera cut = *camera;
+    cut.lens.cx -= in.x0;
+    cut.lens.cy -= in.y0;
+    if (in.x0 >= in.x1 || in.y0 >= in.y1) {
+        return vd_success();
+    }
+    vd_status status = reserve_front(set, in.x1 - in.x0, in.y1 - in.y0);
+    if (status.code == VD_OK) {
+        status = vd_world_draw_part(set->renderer, job, &cut, part, set->front, pass, stats);
+    }
+    if (status.code == VD_OK) {
+        merging m = {set->front, frame, in.x0, in.y0, depth};
+        status = vd_parallel_for(set->context, job,
+                                 (set->front->height + MERGED_ROWS - 1) / MERGED_ROWS, merge_rows,
+                                 &m);
+    }
+    return status;
+}
+
+/* A patch that has no picture yet. */
+static vd_status draw_patch(vd_impostors *set, vd_job *job, const vd_camera *camera, uint32_t node,
+                            vd_frame *frame, vd_world_stats *stats) {
+    const uint32_t patch = vd_impostor_patch(set, node);
+    const vd_cells cells = vd_ground_cells(&set->ground, patch);
+    const vd_terrain_window window = vd_cells_window(&cells);
+    const vd_world_part part = {.ground = &window, .standing = &cells};
+    vd_vec3 points[VD_GROUND_POINTS];
+    const int count = vd_ground_key_points(&set->ground, patch, 0.0, points);
+    vd_pass pass;
+    return draw_over(set, job, camera, &part, rectangle_of(camera, frame, points, count), false,
+                     frame, &pass, stats);
+}
+
+/* Patches, back to front. */
+static vd_status show_patches(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                              vd_frame *frame, vd_world_stats *stats) {
+    const uint32_t *far = set->far.data;
+    vd_status status = vd_success();
+    for (size_t i = 0; i < set->far.count && status.code == VD_OK; i++) {
+        vd_impostor_slot *slot = vd_impostor_slot_at(set, far[i]);
+        if (slot->now.rgba != NULL || slot->empty) {
+            status = add_slot(set, camera, slot);
+            continue;
+        }
+        status = show_quads(set, job, camera, false, frame);
+        if (status.code == VD_OK) {
+            status = draw_patch(set, job, camera, slot->node, frame, stats);
+        }
+    }
+    return status.code == VD_OK ? show_quads(set, job, camera, false, frame) : status;
+}
+
+/* Where the near ground and what stands on it are on screen. */
+static rectangle near_rectangle(const vd_impostors *set, const vd_camera *camera,
+                                const vd_frame *frame) {
+    vd_vec3 points[8];
+    vd_vec3 min = vd_vec3_make(INFINITY, INFINITY, INFINITY), max = vd_vec3_scale(min, -1.0);
+    if (set->any_near) {
+        vd_ground_box(&set->ground, set->renderer, &set->near, &min, &max);
+    }
+    const uint32_t *direct = set->direct.data;
+    for (size_t i = 0; i < set->direct.count; i++) {
+        const vd_node *node = &set->world->nodes[direct[i]];
+        if (!node->names) {
+            min = vd_vec3_min(min, node->min);
+            max = vd_vec3_max(max, node->max);
+        }
+    }
+    if (!(min.x <= max.x) || set->world->def.terrain.curvature) {
+        return (rectangle){0, 0, frame->width, frame->height};
+    }
+    for (int i = 0; i < 8; i++) {
+        points[i] = vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
+                                 (i & 4) != 0 ? max.z : min.z);
+    }
+    return rectangle_of(camera, frame, points, 8);
+}
+
+/* Sky, patches, and over them what is drawn itself: it is nearer than all patches. */
+static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                                 vd_frame *frame, vd_pass *pass, vd_world_stats *stats) {
+    const vd_terrain_window none = VD_TERRAIN_NO_CELLS;
+    const vd_terrain_window window = set->any_near ? vd_cells_window(&set->near) : none;
+    const vd_world_part sky = {.ground = &none, .sky = true};
+    const vd_world_part front = {
+        .ground = &window, .nodes = set->direct.data, .count = set->direct.count};
+    memset(frame->depth, 0, frame->stride * (size_t)frame->height * sizeof(float));
+    vd_status status = vd_world_draw_part(set->renderer, job, camera, &sky, frame, pass, stats);
+    if (status.code == VD_OK) {
+        status = show_patches(set, job, camera, frame, stats);
+    }
+    if (status.code == VD_OK && (set->any_near || set->direct.count > 0)) {
+        status = draw_over(set, job, camera, &front, near_rectangle(set, camera, frame), true,
+                           frame, pass, stats);
     }
     return status;
 }
@@ -140,25 +327,25 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
     const uint64_t start = vd_clock_ns();
     vd_pass pass;
     vd_world_stats own = {.objects = 0};
-    vd_status status = vd_world_draw_nodes(set->renderer, job, camera, set->direct.data,
-                                           set->direct.count, frame, &pass, &own);
-    const uint64_t things = vd_clock_ns();
-    if (status.code == VD_OK) {
-        status = gather_quads(set, camera);
+    const vd_world_part all = {
+        .nodes = set->direct.data, .count = set->direct.count, .sky = true};
+    set->stats.overdraw = set->stats.show_s = 0.0;
+    set->quads.count = 0;
+    vd_status status =
+        set->ground.count > 0
+            ? draw_by_patches(set, job, camera, frame, &pass, &own)
+            : vd_world_draw_part(set->renderer, job, camera, &all, frame, &pass, &own);
+    set->stats.direct_s = 1e-9 * (double)(vd_clock_ns() - start) - set->stats.show_s;
+    const uint32_t *shown = set->shown.data;
+    for (size_t i = 0; i < set->shown.count && status.code == VD_OK; i++) {
+        status = add_slot(set, camera, vd_impostor_slot_at(set, shown[i]));
     }
     if (status.code == VD_OK) {
-        vd_display_def def = vd_display_def_default();
-        def.near_m = (float)camera->near_m;
-        def.test_depth = true;
-        status =
-            vd_display_draw(set->display, job, frame, set->quads.data, (int)set->quads.count, &def);
-        set->stats.overdraw = overdraw_of(set, frame, camera->near_m);
+        status = show_quads(set, job, camera, true, frame);
     }
-    set->stats.show_s = 1e-9 * (double)(vd_clock_ns() - things);
     if (status.code == VD_OK) {
         status = vd_world_draw_over(set->renderer, job, &pass, frame);
     }
-    set->stats.direct_s = 1e-9 * (double)(things - start);
     return status;
 }
 

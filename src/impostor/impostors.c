@@ -7,6 +7,9 @@
 
 #define MOST_SIDE 2048
 
+/* Pixels by which pictures of neighbouring patches overlap, besides what they may be wrong by. */
+#define SKIRT_PX 2.0
+
 /* How fast the camera's motion is believed. */
 #define MOTION_SHARE 0.5
 
@@ -15,7 +18,7 @@ vd_impostor_def vd_impostor_def_default(void) {
                            .budget_s = 5e-3,
                            .memory_bytes = (size_t)256 << 20,
                            .rate_hz = 60.0,
-                           .speed_mps = 10.0,
+                           .speed_mps = 2.0,
                            .least_reuse = 4.0,
                            .most_px = 192.0,
                            .samples = 4};
@@ -62,18 +65,20 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
         return status;
     }
     vd_impostors *set = vd_allocate_zero(context, 1, sizeof *set);
-    uint32_t *slots = vd_allocate_zero(context, world->node_count, sizeof *slots);
-    if (set == NULL || slots == NULL) {
-        vd_release(context, set);
-        vd_release(context, slots);
-        return vd_out_of_memory("impostors", world->node_count * sizeof *slots);
+    if (set == NULL) {
+        return vd_out_of_memory("impostors", sizeof *set);
     }
     set->context = context;
     set->world = world;
     set->renderer = renderer;
     set->def = used;
-    set->slot_of = slots;
-    const vd_status made = vd_display_create(context, &set->display);
+    vd_status made = vd_impostor_ground_init(context, renderer, &set->ground);
+    const size_t nodes = world->node_count + set->ground.count;
+    if (made.code == VD_OK) {
+        set->slot_of = vd_allocate_zero(context, nodes, sizeof *set->slot_of);
+        made = set->slot_of != NULL ? vd_display_create(context, &set->display)
+                                    : vd_out_of_memory("impostors", nodes * sizeof(uint32_t));
+    }
     if (made.code != VD_OK) {
         vd_impostors_destroy(&set);
         return made;
@@ -104,6 +109,9 @@ void vd_impostors_destroy(vd_impostors **impostors) {
         vd_impostor_release(set, &sending[i].picture);
     }
     vd_frame_destroy(&set->canvas);
+    vd_frame_destroy(&set->front);
+    vd_impostor_ground_finish(set->context, &set->ground);
+    vd_release(set->context, set->far.data);
     vd_release(set->context, set->sending.data);
     vd_release(set->context, set->slot_of);
     vd_release(set->context, set->slots.data);
@@ -167,18 +175,62 @@ static int side_of(double metres, const vd_impostor_plane *plane, double focal_p
                             : MOST_SIDE;
 }
 
+/* How many cells a patch's picture goes on beyond the patch, so that pictures of neighbours overlap
+ * by some pixels, wrong as either may be. Only towards the eye: what is nearer is shown later and
+ * covers it, with all that stands there. */
+static void add_skirt(const vd_impostors *set, const vd_impostor_view *view,
+                      const vd_impostor_plane *plane, vd_cells *cells) {
+    const double *m = set->ground.world_from_sample;
+    const double cell = fmin(hypot(m[1], m[4]), hypot(m[2], m[5]));
+    const vd_vec3 sight = vd_vec3_subtract(view->eye, plane->origin);
+    const double sine = fmax(fabs(sight.z) / vd_vec3_length(sight), 0.05);
+    const double wanted = SKIRT_PX + 2.0 * set->def.tolerance_px;
+    const double cells_wide = ceil(wanted * plane->distance_m / (view->focal_px * sine * cell));
+    const int most = cells->c1 - cells->c0 + cells->r1 - cells->r0 + 2;
+    const int width = cells_wide < most ? (int)cells_wide : most;
+    const vd_cells *map = &set->ground.map;
+    const vd_cells in = *cells;
+    if (view->u < in.c0) {
+        cells->c0 = in.c0 - width > map->c0 ? in.c0 - width : map->c0;
+    } else if (view->u > in.c1 + 1) {
+        cells->c1 = in.c1 + width < map->c1 ? in.c1 + width : map->c1;
+    }
+    if (view->v < in.r0) {
+        cells->r0 = in.r0 - width > map->r0 ? in.r0 - width : map->r0;
+    } else if (view->v > in.r1 + 1) {
+        cells->r1 = in.r1 + width < map->r1 ? in.r1 + width : map->r1;
+    }
+}
+
+static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
+                           const vd_camera *camera, const vd_impostor_plane *plane,
+                           uint32_t node) {
+    if (!vd_impostor_is_patch(set, node)) {
+        return vd_world_renderer_draw_object(set->renderer, job, camera, set->world->nodes[node].id,
+                                             set->canvas, NULL);
+    }
+    const vd_cells standing = vd_ground_cells(&set->ground, vd_impostor_patch(set, node));
+    vd_cells cells = standing;
+    add_skirt(set, view, plane, &cells);
+    const vd_terrain_window window = vd_cells_window(&cells);
+    const vd_world_part part = {.ground = &window, .standing = &standing};
+    vd_pass pass;
+    vd_world_stats stats = {.objects = 0};
+    return vd_world_draw_part(set->renderer, job, camera, &part, set->canvas, &pass, &stats);
+}
+
 vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
                             vd_impostor_slot *slot) {
-    vd_vec3 min, max, corners[8];
-    vd_impostor_bounds(set, view, slot->node, &min, &max);
-    for (int i = 0; i < 8; i++) {
-        corners[i] = vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
-                                  (i & 4) != 0 ? max.z : min.z);
-    }
+    vd_vec3 points[VD_IMPOSTOR_POINTS], through, normal;
     vd_impostor_picture made = {.focal_px = view->focal_px};
-    const vd_vec3 through = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
-    if (!vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), corners, 8,
-                               &made.plane)) {
+    const int count = vd_impostor_key_points(set, view, slot->node, points);
+    (void)vd_impostor_best_plane(set, view, slot->node, &through, &normal);
+    bool fits = vd_impostor_plane_fit(view->eye, through, normal, points, count, &made.plane);
+    if (!fits && vd_vec3_dot(normal, normal) > 0.0) {
+        fits = vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), points, count,
+                                     &made.plane);
+    }
+    if (!fits) {
         fail(set, slot);
         return vd_success();
     }
@@ -195,8 +247,7 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     const int samples = set->renderer->samples;
     status = vd_world_renderer_set_samples(set->renderer, set->def.samples);
     if (status.code == VD_OK) {
-        status = vd_world_renderer_draw_object(set->renderer, job, &camera,
-                                               set->world->nodes[slot->node].id, set->canvas, NULL);
+        status = draw_node(set, job, view, &camera, &made.plane, slot->node);
     }
     const vd_status back = vd_world_renderer_set_samples(set->renderer, samples);
     if (status.code == VD_ERROR_CANCELLED || back.code != VD_OK) {
@@ -275,7 +326,6 @@ static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
 
 static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera, int width,
                                 int height) {
-    const double speed = vd_vec3_length(set->velocity);
     /* Half of the time that a picture made now is at least shown. */
     const double ahead_s = 0.5 * set->def.least_reuse / set->def.rate_hz;
     vd_impostor_view view = {.eye = vd_vec3_add(camera->eye, vd_vec3_scale(set->velocity, ahead_s)),
@@ -283,9 +333,10 @@ static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera
                              .width = width,
                              .height = height,
                              .focal_px = fmax(camera->lens.fx, camera->lens.fy),
-                             .speed_mps = fmax(speed, set->def.speed_mps)};
+                             .velocity = set->velocity};
     view.frustum = vd_camera_frustum(camera, width, height);
     view.drop_per_m2 = set->world->def.terrain.curvature ? vd_curvature_drop(1.0) : 0.0;
+    vd_ground_at(&set->ground, camera->eye.x, camera->eye.y, &view.u, &view.v);
     return view;
 }
 
@@ -293,8 +344,8 @@ static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera
  * then pictures may take half as long as those things did. (By the budget alone a forest of 5,000
  * direct trees, 300 ms a frame, stays one: eight pictures a frame.) */
 static double budget_s(const vd_impostors *set) {
-    const bool wanting = set->stats.waiting > 0 && set->def.budget_pixels <= 0;
-    return wanting ? fmax(set->def.budget_s, 0.5 * set->stats.direct_s) : set->def.budget_s;
+    const bool wanting = set->missing > 0 && set->def.budget_pixels <= 0;
+    return wanting ? fmax(set->def.budget_s, set->stats.direct_s) : set->def.budget_s;
 }
 
 static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view) {
@@ -350,7 +401,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
         status = make_wishes(set, job, &view);
     }
     vd_impostors_trim(set);
-    set->stats.shown = set->shown.count;
+    set->stats.shown = set->far.count + set->shown.count;
     set->stats.direct = set->direct.count;
     set->stats.bytes = set->bytes;
     set->stats.in_flight = set->sending.count;

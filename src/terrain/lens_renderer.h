@@ -25,6 +25,9 @@ struct vd_terrain_renderer {
     uint32_t sky[VD_LENS_SKY + 1];
 };
 
+/* A window of no cells, in a renderer's def: only what is behind the terrain is drawn. */
+#define VD_TERRAIN_NO_CELLS ((vd_terrain_window){0, 0, -1, -1})
+
 /* Which tiles of a picture are drawn: those of a list, or first, first + step, …, in rows. */
 typedef struct vd_lens_tiles {
     int first, step, count;

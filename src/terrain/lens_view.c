@@ -276,11 +276,14 @@ void vd_lens_view_init(const vd_lens_map *map, const vd_terrain_def *def, const 
     view->sine = (float)def->exaggeration;
     view->t0 = (float)t0;
     view->begin = camera->near_m > t0 ? (float)(camera->near_m - t0) : 0.0f;
-    const vd_terrain_window window = def->window.columns > 0 ? def->window : *e;
+    const vd_terrain_window window = def->window.columns != 0 ? def->window : *e;
     view->west = (float)(window.column - anchor_u);
     view->east_end = (float)(window.column + window.columns - anchor_u);
     view->north_end = (float)(window.row - anchor_v);
     view->south = (float)(window.row + window.rows - anchor_v);
+    if (window.columns < 0) { /* beyond all rays: their part over the map is none */
+        view->west = view->east_end = view->north_end = view->south = INFINITY;
+    }
     const double range = (double)map->highest - map->lowest;
     view->top = map->windows ? map->top : (float)(map->highest + 1e-3 * range + 1e-3);
     make_slabs(def, camera, anchor_u, anchor_v, t0, view);

@@ -1,9 +1,11 @@
 /* world_gather.c: which objects a picture may show.
  *
  * From the root down: what lies outside the frustum, behind the terrain's horizon or is smaller
- * than a sixteenth of a pixel is left out with everything below it, before it costs anything.
+ * than a sixteenth of a pixel is left out with everything below it, before it costs anything; and so
+ * is what does not stand on the ground that the picture is of, if it is of a piece of it.
  */
 #include <math.h>
+#include "terrain/heightfield_block.h"
 #include "world/world_renderer.h"
 
 #define LEAST_PIXELS (1.0 / 16.0)
@@ -13,7 +15,61 @@ typedef struct gathering {
     vd_pass *pass;
     vd_frustum frustum;
     vd_vec3 view; /* unit vector along the view axis */
+    const vd_cells *standing; /* null: anywhere */
+    vd_cells map;
+    double sample_from_world[6];
 } gathering;
+
+static int clamp_cell(double at, int first, int last) {
+    return at >= (double)last ? last : at > (double)first ? (int)floor(at) : first;
+}
+
+void vd_world_cell(const double m[6], const vd_cells *map, double x, double y, int *column,
+                   int *row) {
+    *column = clamp_cell(m[0] + x * m[1] + y * m[2], map->c0, map->c1);
+    *row = clamp_cell(m[3] + x * m[4] + y * m[5], map->r0, map->r1);
+}
+
+bool vd_world_cells(const vd_world_renderer *renderer, vd_cells *out) {
+    const vd_terrain_def *t = &renderer->world->def.terrain;
+    if (renderer->horizon_map == NULL || t->heightfield->wraps != 0) {
+        return false;
+    }
+    const vd_terrain_window all = {0, 0, t->heightfield->width - 1, t->heightfield->height - 1};
+    const vd_terrain_window w = t->window.columns > 0 ? t->window : all;
+    *out = (vd_cells){w.column, w.row, w.column + w.columns - 1, w.row + w.rows - 1};
+    return true;
+}
+
+vd_cells vd_world_node_cells(const double sample_from_world[6], const vd_cells *map,
+                             const vd_node *node) {
+    vd_cells at = {0, 0, 0, 0};
+    int c, r;
+    if (node->count == 0) {
+        vd_world_cell(sample_from_world, map, 0.5 * (node->min.x + node->max.x),
+                      0.5 * (node->min.y + node->max.y), &c, &r);
+        return (vd_cells){c, r, c, r};
+    }
+    for (int i = 0; i < 4; i++) {
+        vd_world_cell(sample_from_world, map, (i & 1) != 0 ? node->max.x : node->min.x,
+                      (i & 2) != 0 ? node->max.y : node->min.y, &c, &r);
+        at.c0 = i == 0 || c < at.c0 ? c : at.c0;
+        at.c1 = i == 0 || c > at.c1 ? c : at.c1;
+        at.r0 = i == 0 || r < at.r0 ? r : at.r0;
+        at.r1 = i == 0 || r > at.r1 ? r : at.r1;
+    }
+    return at;
+}
+
+/* Whether something below or here may stand on the cells asked for. */
+static bool may_stand(const gathering *g, const vd_node *node) {
+    if (g->standing == NULL) {
+        return true;
+    }
+    const vd_cells at = vd_world_node_cells(g->sample_from_world, &g->map, node);
+    const vd_cells *in = g->standing;
+    return at.c0 <= in->c1 && at.c1 >= in->c0 && at.r0 <= in->r1 && at.r1 >= in->r0;
+}
 
 /* Squared horizontal distances from the eye to the nearest and the farthest point of a box. */
 static void distances(vd_vec3 eye, vd_vec3 min, vd_vec3 max, double *nearest, double *farthest) {
@@ -59,6 +115,9 @@ static vd_status gather(const gathering *g, const vd_node *node) {
     if (kind == VD_OBJECT_TERRAIN) {
         return gather_placed(g, node);
     }
+    if (!may_stand(g, node)) {
+        return vd_success();
+    }
     double nearest, farthest;
     vd_vec3 min = node->min, max = node->max;
     distances(g->pass->camera->eye, min, max, &nearest, &farthest);
@@ -87,8 +146,15 @@ static vd_status gather(const gathering *g, const vd_node *node) {
     return status;
 }
 
-vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass, const vd_node *from) {
-    gathering g = {.renderer = renderer, .pass = pass};
+vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass, const vd_node *from,
+                          const vd_cells *standing) {
+    gathering g = {.renderer = renderer, .pass = pass, .standing = standing};
+    if (standing != NULL &&
+        !(vd_world_cells(renderer, &g.map) &&
+          vd_heightfield_invert(renderer->world->def.terrain.heightfield->world_from_sample,
+                                g.sample_from_world))) {
+        return vd_failure(VD_ERROR_ARGUMENT, "a terrain without cells has none to stand on");
+    }
     const vd_camera *camera = pass->camera;
     g.frustum = vd_camera_frustum(camera, pass->width, pass->height);
     g.view = vd_quat_rotate(camera->orientation, vd_vec3_make(0, 0, 1));

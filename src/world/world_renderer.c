@@ -181,7 +181,8 @@ static vd_pass begin_pass(vd_world_renderer *renderer, const vd_camera *camera,
 /* Draws what was gathered. */
 static vd_status draw_gathered(vd_world_renderer *renderer, vd_job *job, const vd_pass *pass,
                                vd_frame *frame) {
-    if (renderer->draws.count > 0 || !pass->ground || vd_world_sun_throws(renderer)) {
+    const bool bare = renderer->ground->def.window.columns < 0; /* no shadow falls on the sky */
+    if (renderer->draws.count > 0 || !pass->ground || (vd_world_sun_throws(renderer) && !bare)) {
         return vd_world_composite(renderer, job, pass, frame);
     }
     const uint64_t ground = vd_clock_ns();
@@ -200,22 +201,46 @@ static vd_status draw(vd_world_renderer *renderer, vd_job *job, vd_pass *pass, c
     vd_frame_forget_objects(frame);
     vd_status status = whole ? aim_horizon(renderer, job, pass) : vd_success();
     if (status.code == VD_OK) {
-        status = vd_world_gather(renderer, pass, from);
+        status = vd_world_gather(renderer, pass, from, NULL);
     }
     pass->ground = pass->ground || whole;
     pass->stats->prepare_s = 1e-9 * (double)(vd_clock_ns() - start);
     return status.code == VD_OK ? draw_gathered(renderer, job, pass, frame) : status;
 }
 
-vd_status vd_world_draw_nodes(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
-                              const uint32_t *nodes, size_t count, vd_frame *frame, vd_pass *pass,
-                              vd_world_stats *stats) {
+/* How the ground is drawn for a while; returns how it was. */
+static vd_terrain_def set_ground(vd_world_renderer *renderer, const vd_terrain_window *window,
+                                 bool sky) {
+    vd_terrain_def *look = &renderer->ground->def;
+    const vd_terrain_def kept = *look;
+    if (window != NULL) {
+        look->window = *window;
+    }
+    if (!sky) {
+        look->sky = false;
+        look->background = (vd_rgba8){0, 0, 0, 0};
+    }
+    return kept;
+}
+
+vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
+                             const vd_world_part *part, vd_frame *frame, vd_pass *pass,
+                             vd_world_stats *stats) {
     *pass = begin_pass(renderer, camera, frame, stats);
     pass->ground = true;
     vd_frame_forget_objects(frame);
-    const vd_status status = vd_world_gather_placed(renderer, pass, nodes, count);
-    return status.code == VD_OK ? draw_gathered(renderer, job, pass, frame) : status;
+    const vd_terrain_def kept = set_ground(renderer, part->ground, part->sky);
+    vd_status status =
+        part->standing != NULL
+            ? vd_world_gather(renderer, pass, renderer->world->nodes, part->standing)
+            : vd_world_gather_placed(renderer, pass, part->nodes, part->count);
+    if (status.code == VD_OK) {
+        status = draw_gathered(renderer, job, pass, frame);
+    }
+    renderer->ground->def = kept;
+    return status;
 }
+
 /* A picture and what lies over it, into a frame that has depth. */
 static vd_status draw_all(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
                           vd_frame *frame, vd_world_stats *stats) {
@@ -265,16 +290,13 @@ vd_status vd_world_renderer_draw_object(vd_world_renderer *renderer, vd_job *job
     }
     vd_world_stats own = {.objects = 0};
     vd_pass pass = begin_pass(renderer, camera, frame, &own);
-    vd_terrain_def *look = &renderer->ground->def;
-    const vd_terrain_def kept = *look;
-    look->sky = false;
-    look->background = (vd_rgba8){0, 0, 0, 0};
+    const vd_terrain_def kept = set_ground(renderer, NULL, false);
     const uint64_t start = vd_clock_ns();
     status = draw(renderer, job, &pass, from, frame);
     const float seconds = 1e-9f * (float)(vd_clock_ns() - start);
     float *cost = &renderer->costs[from - renderer->world->nodes];
     *cost = *cost > 0.0f ? 0.8f * *cost + 0.2f * seconds : seconds;
-    *look = kept;
+    renderer->ground->def = kept;
     if (stats != NULL) {
         *stats = own;
     }

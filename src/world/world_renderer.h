@@ -4,7 +4,7 @@
 
 #include <veduta/label_layout.h>
 #include "core/buffer.h"
-#include "terrain/horizon.h"
+#include "terrain/horizon_map.h"
 #include "world/hill_shade.h"
 #include "world/world_internal.h"
 #include "world/world_shader.h"
@@ -26,6 +26,7 @@ struct vd_world_renderer {
     vd_world_light lighting; /* of the last picture */
     vd_world_uniforms uniforms[VD_HILL_SHADE_MIXED + 1]; /* by vd_hill_shade_kind */
     vd_frame *picture;                                   /* of the ground alone */
+    size_t picture_pixels;                               /* that it has room for */
     vd_target *target;                                   /* a band of the picture */
     vd_buffer mix;                                       /* what is in the band's tiles */
     vd_target **tiles; /* [threads]: with one sample a pixel; null until one is drawn */
@@ -57,20 +58,41 @@ bool vd_world_sun_throws(const vd_world_renderer *renderer);
 
 /* ---- others ---------------------------------------------------------------------------------- */
 
-/* Walks the tree below a node and gathers what may be seen. Returns VD_ERROR_MEMORY. */
+/* What of a world a picture shows. */
+typedef struct vd_world_part {
+    const vd_terrain_window *ground; /* the cells that are drawn; null: all; VD_TERRAIN_NO_CELLS */
+    const vd_cells *standing;        /* objects that stand on these cells: vd_world_cell; null: … */
+    const uint32_t *nodes;           /* … these placed ones, [count] */
+    size_t count;
+    bool sky; /* where nothing is: the sky or the world's background; off: transparent black */
+} vd_world_part;
+
+/* The cell of the terrain that an object stands on: under the middle of its bounds, or the nearest
+ * to there that the map has. `sample_from_world` is affine, as vd_heightfield.world_from_sample. */
+void vd_world_cell(const double sample_from_world[6], const vd_cells *map, double x, double y,
+                   int *column, int *row);
+
+/* The cells that a node's objects stand on, or of a group more than those. */
+vd_cells vd_world_node_cells(const double sample_from_world[6], const vd_cells *map,
+                             const vd_node *node);
+
+/* Walks the tree below a node and gathers what may be seen; with `standing` only what stands on
+ * those cells of the terrain, which is a heightfield. Returns VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass,
-                                      const vd_node *from);
+                                      const vd_node *from, const vd_cells *standing);
 
 /* Gathers single placed nodes, without asking whether they are seen. */
 VD_MUST_USE vd_status vd_world_gather_placed(vd_world_renderer *renderer, vd_pass *pass,
                                              const uint32_t *nodes, size_t count);
 
-/* Draws the ground and single placed nodes, without what lies over them; `pass` and `stats` may
- * then be handed to vd_world_draw_over. */
-VD_MUST_USE vd_status vd_world_draw_nodes(vd_world_renderer *renderer, vd_job *job,
-                                          const vd_camera *camera, const uint32_t *nodes,
-                                          size_t count, vd_frame *frame, vd_pass *pass,
-                                          vd_world_stats *stats);
+/* Draws a part of a world, without what lies over it; `pass` and `stats` may then be handed to
+ * vd_world_draw_over. */
+VD_MUST_USE vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job,
+                                         const vd_camera *camera, const vd_world_part *part,
+                                         vd_frame *frame, vd_pass *pass, vd_world_stats *stats);
+
+/* All cells of the terrain that are drawn. False when the terrain is none, or has no end. */
+bool vd_world_cells(const vd_world_renderer *renderer, vd_cells *out);
 
 /* Draws what was gathered into the frame, by bands of a target. */
 VD_MUST_USE vd_status vd_world_composite(vd_world_renderer *renderer, vd_job *job,

@@ -1,0 +1,103 @@
+/* impostor_judge.c: by what a node is judged: its bounds, its key points, and the plane of its
+ * picture; and how wrong that has become.
+ */
+#include <math.h>
+#include "core/core.h"
+#include "impostor/impostor_set.h"
+
+/* A plane is not seen flatter than by the arc sine of this. */
+#define LEAST_SINE 0.15
+
+/* Pictures are made anew when they are shown so many times as large or as small. */
+#define MOST_RATIO 1.5
+
+static double drop_at(const vd_impostor_view *view, double x, double y) {
+    x -= view->camera.eye.x;
+    y -= view->camera.eye.y;
+    return view->drop_per_m2 * (x * x + y * y);
+}
+
+static double patch_drop(const vd_impostors *set, const vd_impostor_view *view,
+                         const vd_patch *patch) {
+    const vd_vec3 at = set->ground.anchor;
+    return drop_at(view, at.x + 0.5 * ((double)patch->min[0] + (double)patch->max[0]),
+                   at.y + 0.5 * ((double)patch->min[1] + (double)patch->max[1]));
+}
+
+void vd_impostor_bounds(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                        vd_vec3 *min, vd_vec3 *max) {
+    double drop;
+    if (vd_impostor_is_patch(set, node)) {
+        const vd_patch *p = &set->ground.patches[vd_impostor_patch(set, node)];
+        const vd_vec3 at = set->ground.anchor;
+        *min = vd_vec3_add(
+            at, vd_vec3_make((double)p->min[0], (double)p->min[1], (double)p->min[2]));
+        *max = vd_vec3_add(
+            at, vd_vec3_make((double)p->max[0], (double)p->max[1], (double)p->max[2]));
+        drop = patch_drop(set, view, p);
+    } else {
+        const vd_node *n = &set->world->nodes[node];
+        *min = n->min;
+        *max = n->max;
+        drop = drop_at(view, 0.5 * (n->min.x + n->max.x), 0.5 * (n->min.y + n->max.y));
+    }
+    min->z -= drop;
+    max->z -= drop;
+}
+
+int vd_impostor_key_points(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                           vd_vec3 out[VD_IMPOSTOR_POINTS]) {
+    if (vd_impostor_is_patch(set, node)) {
+        const uint32_t patch = vd_impostor_patch(set, node);
+        return vd_ground_key_points(&set->ground, patch,
+                                    patch_drop(set, view, &set->ground.patches[patch]), out);
+    }
+    vd_vec3 min, max;
+    vd_impostor_bounds(set, view, node, &min, &max);
+    for (int i = 0; i < 8; i++) {
+        out[i] = vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
+                              (i & 4) != 0 ? max.z : min.z);
+    }
+    return 8;
+}
+
+double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                              vd_vec3 *through, vd_vec3 *normal) {
+    vd_vec3 min, max;
+    vd_impostor_bounds(set, view, node, &min, &max);
+    *through = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
+    *normal = vd_vec3_make(0, 0, 0);
+    const vd_vec3 back = vd_vec3_normalize(vd_vec3_subtract(view->eye, *through));
+    const vd_vec3 half = vd_vec3_scale(vd_vec3_subtract(max, min), 0.5);
+    const double facing =
+        fabs(back.x) * half.x + fabs(back.y) * half.y + fabs(back.z) * half.z;
+    if (!vd_impostor_is_patch(set, node)) {
+        return facing;
+    }
+    const vd_patch *p = &set->ground.patches[vd_impostor_patch(set, node)];
+    const vd_vec3 up =
+        vd_vec3_make((double)p->normal[0], (double)p->normal[1], (double)p->normal[2]);
+    const double sine = vd_vec3_dot(up, back);
+    if (!(sine > LEAST_SINE) || !((double)p->half < facing * sine)) {
+        return facing;
+    }
+    *normal = up;
+    *through = vd_vec3_add(*through, vd_vec3_scale(up, (double)p->middle));
+    return (double)p->half / sine;
+}
+
+double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
+                         const vd_impostor_slot *slot) {
+    if (slot->now.rgba == NULL) {
+        return (double)INFINITY;
+    }
+    vd_vec3 points[VD_IMPOSTOR_POINTS];
+    const int count = vd_impostor_key_points(set, view, slot->node, points);
+    const double error =
+        vd_impostor_plane_error(&slot->now.plane, points, count, view->eye, view->focal_px);
+    const double then = slot->now.plane.distance_m / slot->now.focal_px;
+    const double now =
+        vd_vec3_length(vd_vec3_subtract(view->eye, slot->now.plane.origin)) / view->focal_px;
+    const double ratio = then > now ? then / now : now / then;
+    return ratio > MOST_RATIO ? fmax(error, 2.0 * set->def.tolerance_px) : error;
+}
