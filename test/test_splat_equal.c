@@ -181,6 +181,153 @@ static void sizes(void **state) {
     free(c);
 }
 
+/* ---- over what is there -----------------------------------------------------------------------*/
+
+enum { OVER_WIDTH = 170, OVER_HEIGHT = 141 };
+
+/* Any colours and depths; a depth of 1 hides everything, of 0 nothing. */
+static vd_frame *any_frame(vd_context *context, unsigned planes, float least, float most) {
+    vd_frame *frame = NULL;
+    uint64_t seed = 77;
+    assert_ok(vd_frame_create(context, OVER_WIDTH, OVER_HEIGHT, planes, &frame));
+    for (int y = 0; y < OVER_HEIGHT; y++) {
+        for (int x = 0; x < OVER_WIDTH; x++) {
+            const size_t at = (size_t)y * frame->stride + (size_t)x;
+            const uint64_t bits = test_random(&seed);
+            const float share = (float)test_uniform(&seed);
+            frame->rgba[4 * at + 3] = (uint8_t)(bits % 5 == 0 ? 0 : bits % 5 == 1 ? 255 : bits);
+            for (int c = 0; c < 3; c++) {
+                const unsigned value = (unsigned)(bits >> (8 * (c + 1)) & 255);
+                frame->rgba[4 * at + (size_t)c] = (uint8_t)(value * frame->rgba[4 * at + 3] / 255);
+            }
+            if (frame->depth != NULL) {
+                frame->depth[at] = least + (most - least) * share;
+            }
+            if (frame->id != NULL) {
+                frame->id[at] = (uint32_t)(bits >> 40);
+            }
+        }
+    }
+    return frame;
+}
+
+static vd_frame *draw_over(vd_context *context, const vd_splat_def *def, const cloud *c,
+                           unsigned planes, float least, float most, vd_splat_stats *stats) {
+    const vd_camera camera = splat_camera(OVER_WIDTH, OVER_HEIGHT, 90.0);
+    vd_splats splats = cloud_splats(c);
+    splats.opacity = 0.7f;
+    vd_splatter *splatter = NULL;
+    vd_frame *frame = any_frame(context, planes, least, most);
+    assert_ok(vd_splatter_create(context, &splatter));
+    assert_ok(vd_splatter_render(splatter, NULL, def, &camera, &splats, 1, frame, stats));
+    vd_splatter_destroy(&splatter);
+    return frame;
+}
+
+/* All levels and numbers of threads against the reference; depth and id stay as they were. */
+static void over_frames(void **state) {
+    (void)state;
+    const unsigned planes = VD_PLANE_DEPTH | VD_PLANE_ID;
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    cloud *c = malloc(sizeof *c);
+    fill_cloud(c, reduced() ? 1000 : CLOUD_MOST, 8, 0.02);
+    vd_splat_def def = vd_splat_def_default();
+    def.over_frame = true;
+    vd_frame *before = any_frame(context, planes, 0.0f, 0.1f);
+    for (int kernel = 0; kernel < VD_SPLAT_KERNEL_COUNT; kernel++) {
+        vd_splat_stats expected, stats;
+        def.kernel = (vd_splat_kernel)kernel;
+        def.method = VD_SPLAT_REFERENCE;
+        vd_frame *plain = draw_over(context, &def, c, planes, 0.0f, 0.1f, &expected);
+        assert_memory_equal(plain->depth, before->depth,
+                            plain->stride * OVER_HEIGHT * sizeof(float));
+        assert_memory_equal(plain->id, before->id, plain->stride * OVER_HEIGHT * sizeof(uint32_t));
+        assert_true(vd_frame_hash(plain) != vd_frame_hash(before));
+        def.method = VD_SPLAT_AUTO;
+        for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
+            for (int threads = 1; threads <= 7; threads += 3) {
+                vd_context *other = test_context(threads, (vd_isa)isa);
+                vd_frame *frame = draw_over(other, &def, c, planes, 0.0f, 0.1f, &stats);
+                assert_same_frames(plain, frame);
+                assert_int_equal(stats.outside, expected.outside);
+                vd_frame_destroy(&frame);
+                vd_context_destroy(&other);
+            }
+        }
+        vd_frame_destroy(&plain);
+    }
+    vd_frame_destroy(&before);
+    free(c);
+    vd_context_destroy(&context);
+}
+
+/* What is near hides everything, what is far nothing, and a frame without depth nothing. */
+static void frames_hide(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    cloud *c = malloc(sizeof *c);
+    fill_cloud(c, 3000, 9, 0.0);
+    vd_splat_def def = vd_splat_def_default();
+    def.over_frame = true;
+    def.kernel = VD_SPLAT_DISC;
+    vd_splat_stats stats;
+    vd_frame *before = any_frame(context, VD_PLANE_DEPTH, 2.0f, 2.0f);
+    vd_frame *near = draw_over(context, &def, c, VD_PLANE_DEPTH, 2.0f, 2.0f, &stats);
+    assert_true(vd_frame_hash(near) == vd_frame_hash(before));
+    vd_frame *far = draw_over(context, &def, c, VD_PLANE_DEPTH, 0.0f, 0.0f, &stats);
+    vd_frame *without = draw_over(context, &def, c, 0, 0.0f, 0.0f, &stats);
+    assert_true(vd_frame_hash(far) == vd_frame_hash(without));
+    assert_true(vd_frame_hash(far) != vd_frame_hash(before));
+    def.mode = VD_SPLAT_NEAREST;
+    vd_splatter *splatter = NULL;
+    const vd_camera camera = splat_camera(OVER_WIDTH, OVER_HEIGHT, 90.0);
+    const vd_splats splats = cloud_splats(c);
+    assert_ok(vd_splatter_create(context, &splatter));
+    const vd_status status =
+        vd_splatter_render(splatter, NULL, &def, &camera, &splats, 1, far, NULL);
+    assert_int_equal(status.code, VD_ERROR_ARGUMENT);
+    assert_non_null(strstr(status.message, "over_frame"));
+    vd_splatter_destroy(&splatter);
+    vd_frame_destroy(&before);
+    vd_frame_destroy(&near);
+    vd_frame_destroy(&far);
+    vd_frame_destroy(&without);
+    free(c);
+    vd_context_destroy(&context);
+}
+
+/* Over a frame of one colour: as over a background of it, also where that is transparent. */
+static void over_one_color(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    cloud *c = malloc(sizeof *c);
+    fill_cloud(c, 3000, 10, 0.0);
+    const vd_camera camera = splat_camera(OVER_WIDTH, OVER_HEIGHT, 90.0);
+    const vd_splats splats = cloud_splats(c);
+    vd_splatter *splatter = NULL;
+    assert_ok(vd_splatter_create(context, &splatter));
+    for (int i = 0; i < 2; i++) {
+        vd_frame *frames[2];
+        vd_splat_def def = vd_splat_def_default();
+        def.background = i == 0 ? (vd_rgba8){0, 0, 0, 0} : (vd_rgba8){90, 7, 200, 255};
+        for (int over = 0; over < 2; over++) {
+            assert_ok(vd_frame_create(context, OVER_WIDTH, OVER_HEIGHT, 0, &frames[over]));
+            for (size_t k = 0; k < frames[over]->stride * OVER_HEIGHT; k++) {
+                memcpy(frames[over]->rgba + 4 * k, &def.background, 4);
+            }
+            def.over_frame = over == 1;
+            assert_ok(
+                vd_splatter_render(splatter, NULL, &def, &camera, &splats, 1, frames[over], NULL));
+        }
+        assert_true(vd_frame_hash(frames[0]) == vd_frame_hash(frames[1]));
+        vd_frame_destroy(&frames[0]);
+        vd_frame_destroy(&frames[1]);
+    }
+    vd_splatter_destroy(&splatter);
+    free(c);
+    vd_context_destroy(&context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_mode_and_kernel),
@@ -188,6 +335,9 @@ int main(void) {
         cmocka_unit_test(many_lists),
         cmocka_unit_test(splats_over_everything),
         cmocka_unit_test(sizes),
+        cmocka_unit_test(over_frames),
+        cmocka_unit_test(frames_hide),
+        cmocka_unit_test(over_one_color),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -125,6 +125,8 @@ typedef struct vd_splat_def {
                           else it is drawn as given, which must be back to front */
     bool keep_order;   /* alpha: draw the particles as they stand in their arrays */
     double resort_rad; /* kept orders are used while the view turned less than this; 0: exactly */
+    bool over_frame;   /* alpha: draw over what the frame holds, in place of the background; where
+                          the frame has depth, hidden by what is nearer. Its depth and id stay */
 } vd_splat_def;
 
 /* Everything zero: alpha, boxes, transparent black, automatic range. */
@@ -132,7 +134,8 @@ VD_API vd_splat_def vd_splat_def_default(void);
 
 typedef struct vd_splat_stats {
     uint64_t splats;     /* given */
-    uint64_t outside;    /* behind the near plane, beside the picture, or too small to count */
+    uint64_t outside;    /* behind the near plane, beside the picture, or too small to count; dots
+                            that the frame hides */
     uint64_t not_finite; /* a position or radius is not finite: skipped */
     uint64_t cut;        /* weights above max_weight */
     uint64_t sorted;     /* particles whose order was made anew */
@@ -147,11 +150,14 @@ VD_API VD_MUST_USE vd_status vd_splatter_create(vd_context *context, vd_splatter
 VD_API void vd_splatter_destroy(vd_splatter **splatter);
 
 /* Draws `count` lists of particles into the frame, over the background: the colours always, depth
- * and id (where the frame has them) by VD_SPLAT_NEAREST, else 0. A second call with the same sizes
- * allocates nothing. `job` and `stats` may be null. Cost: O(particles + pixels of the large ones).
- * Returns VD_ERROR_ARGUMENT (names the field), VD_ERROR_LIMIT (too many particles or object ids),
- * VD_ERROR_MEMORY, VD_ERROR_CANCELLED (the frame is untouched then). A picture without anything is
- * a success with stats->outside + not_finite = splats. */
+ * and id (where the frame has them) by VD_SPLAT_NEAREST, else 0. With `over_frame` a dot of up to a
+ * pixel is drawn or not by the depth of its middle beside that of the pixel there, a larger one
+ * pixel by pixel; over transparent black the picture is premultiplied, to be shown over others.
+ * A second call with the same sizes allocates nothing. `job` and `stats` may be null. Cost:
+ * O(particles + pixels of the large ones). Returns VD_ERROR_ARGUMENT (names the field),
+ * VD_ERROR_LIMIT (too many particles or object ids), VD_ERROR_MEMORY, VD_ERROR_CANCELLED (the frame
+ * is untouched then). A picture without anything is a success with stats->outside + not_finite =
+ * splats. */
 VD_API VD_MUST_USE vd_status vd_splatter_render(vd_splatter *splatter, vd_job *job,
                                                 const vd_splat_def *def, const vd_camera *camera,
                                                 const vd_splats *splats, int count, vd_frame *frame,

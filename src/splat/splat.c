@@ -155,9 +155,10 @@ static void resolve_row(const vd_splatter *splatter, vd_kernel_splat_resolve *re
                         const void *pixels, int x, int y, int count) {
     const vd_frame *frame = splatter->frame;
     const size_t at = (size_t)y * frame->stride + (size_t)x;
+    const bool over = splatter->picture.over != NULL;
     resolve(&splatter->picture, pixels, count, frame->rgba + 4 * at,
-            frame->depth != NULL ? frame->depth + at : NULL,
-            frame->id != NULL ? frame->id + at : NULL);
+            frame->depth != NULL && !over ? frame->depth + at : NULL,
+            frame->id != NULL && !over ? frame->id + at : NULL);
 }
 
 /* Calls for each row of a tile that is in the picture. */
@@ -187,8 +188,11 @@ static void measure_tile(void *user, int index, int worker) {
 }
 
 static void resolve_tile(void *user, int index, int worker) {
+    vd_splatter *splatter = user;
     (void)worker;
-    for_tile_rows(user, index, true);
+    if (splatter->picture.over == NULL || splatter->touched[index] != 0) {
+        for_tile_rows(splatter, index, true);
+    }
 }
 
 static vd_status finish(vd_splatter *splatter, const vd_splat_def *def) {
@@ -241,7 +245,8 @@ static vd_status draw_plainly(vd_splatter *splatter, const vd_splat_def *def,
         status = vd_out_of_memory("a reference picture of splats", size * pixel_bytes);
     } else {
         for (size_t i = 0; picture->mode == VD_SPLAT_ALPHA && i < size; i++) {
-            memcpy(pixels + i * pixel_bytes, picture->background, sizeof picture->background);
+            vd_splat_first_color(picture, (int)(i % width), (int)(i / width),
+                                 (float *)(void *)(pixels + i * pixel_bytes));
         }
         vd_splat_draw_reference(
             picture, splatter->placings, splatter->sequence, splatter->sequence_count,
@@ -288,6 +293,9 @@ vd_status vd_splatter_render(vd_splatter *splatter, vd_job *job, const vd_splat_
     }
     if (status.code == VD_OK) {
         splatter->frame = frame;
+        splatter->picture.over = def->over_frame ? frame : NULL;
+        splatter->picture.hider = def->over_frame ? frame->depth : NULL;
+        splatter->picture.hider_stride = frame->stride;
         status = def->method == VD_SPLAT_REFERENCE ? draw_plainly(splatter, def, &counts)
                                                    : draw_by_tiles(splatter, job, def, &counts);
     }

@@ -291,6 +291,23 @@ static void project_chunk(vd_splatter *splatter, vd_splat_chunk *chunk, int work
 
 /* ---- tiles ------------------------------------------------------------------------------------*/
 
+/* What a tile is before anything is drawn on it; its edge belongs to the neighbours. */
+static void fill_tile(const vd_splat_picture *picture, int tile, float *pixels) {
+    const int left = tile % picture->tiles_x << VD_TILE_LOG2;
+    const int top = tile / picture->tiles_x << VD_TILE_LOG2;
+    const int width = picture->width - left < VD_TILE_SIDE ? picture->width - left : VD_TILE_SIDE;
+    const int height = picture->height - top < VD_TILE_SIDE ? picture->height - top : VD_TILE_SIDE;
+    for (int i = 0; i < VD_TILE_PIXELS; i++) {
+        memcpy(pixels + 4 * i, picture->background, sizeof picture->background);
+    }
+    for (int y = 0; y < height && picture->over != NULL; y++) {
+        float *row = pixels + 4 * ((size_t)(y + 1) * VD_TILE_STRIDE + 1);
+        for (int x = 0; x < width; x++) {
+            vd_splat_first_color(picture, left + x, top + y, row + 4 * x);
+        }
+    }
+}
+
 void *vd_splatter_tile(vd_splatter *splatter, int tile) {
     char *pixels = splatter->tiles + (size_t)tile * splatter->tile_bytes;
     if (!splatter->touched[tile]) {
@@ -299,9 +316,7 @@ void *vd_splatter_tile(vd_splatter *splatter, int tile) {
             memset(pixels, 0, splatter->tile_bytes);
             return pixels;
         }
-        for (int i = 0; i < VD_TILE_PIXELS; i++) {
-            memcpy(pixels + 16 * i, splatter->picture.background, 16);
-        }
+        fill_tile(&splatter->picture, tile, (float *)(void *)pixels);
     }
     return pixels;
 }

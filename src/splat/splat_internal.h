@@ -17,6 +17,7 @@
 #ifndef VEDUTA_SPLAT_SPLAT_INTERNAL_H
 #define VEDUTA_SPLAT_SPLAT_INTERNAL_H
 
+#include <string.h>
 #include <veduta/splat.h>
 #include "core/core.h"
 
@@ -56,7 +57,10 @@ typedef struct vd_splat_picture {
     vd_splat_mode mode;
     vd_splat_shape shape;
     int width, height, tiles_x, tiles_y, tile_count;
-    float background[4]; /* premultiplied, 0 … 255 */
+    float background[4];  /* premultiplied, 0 … 255 */
+    const vd_frame *over; /* what is drawn over; null: the background */
+    const float *hider;   /* its depth, what is nearer hides; null: nothing does */
+    size_t hider_stride;
     bool log;
     float value_low, value_scale; /* palette index = (value or its log₂ − low) × scale */
     float weight_scale;           /* weights to integers */
@@ -171,6 +175,19 @@ void vd_splat_picture_set_weight(vd_splat_picture *picture, double max);
 
 /* Palette index of a value: the reference's way. */
 int vd_splat_palette_index(const vd_splat_picture *picture, float value);
+
+/* What a pixel is before anything is drawn on it, by alpha. */
+static inline void vd_splat_first_color(const vd_splat_picture *picture, int x, int y,
+                                        float out[4]) {
+    if (picture->over == NULL) {
+        memcpy(out, picture->background, sizeof picture->background);
+        return;
+    }
+    const uint8_t *from = picture->over->rgba + 4 * ((size_t)y * picture->over->stride + (size_t)x);
+    for (int c = 0; c < 4; c++) {
+        out[c] = (float)from[c];
+    }
+}
 
 /* ---- splat_sort.c ---------------------------------------------------------------------------- */
 

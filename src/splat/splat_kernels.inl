@@ -250,6 +250,22 @@ static inline vd_wide_mask fill_record(const vd_splat_picture *picture, const vd
     return vd_wide_less_f32((vd_wide_f32){0}, alpha);
 }
 
+/* The pixel of a middle, of the picture's the nearest: x as snap() has it. */
+static inline vd_wide_i32 middle_pixel(vd_wide_i32 x, int size) {
+    const vd_wide_i32 pixel = vd_wide_max_i32((x + 128) >> 8, (vd_wide_i32){0});
+    return vd_wide_min_i32(pixel, vd_wide_splat_i32(size - 1));
+}
+
+/* Of small splats those that the frame does not hide. To ask here, before they become records, is
+ * one gather for 16 of them; what is hidden then costs neither bins nor blending. */
+static inline vd_wide_mask not_hidden(const vd_splat_picture *picture, vd_wide_mask small,
+                                      vd_wide_i32 x, vd_wide_i32 y, vd_wide_f32 depth) {
+    const vd_wide_i32 at = middle_pixel(y, picture->height) * (int32_t)picture->hider_stride +
+                           middle_pixel(x, picture->width);
+    const vd_wide_f32 hider = vd_wide_gather_f32(picture->hider, at);
+    return vd_wide_and(small, vd_wide_not(vd_wide_less_f32(depth, hider)));
+}
+
 /* The upper left pixel's coordinate in 1/256, as a float; and whether it may be in the picture. */
 static inline vd_wide_f32 snap(const vd_splat_picture *picture, vd_wide_f32 at, int size,
                                vd_wide_mask *inside) {
@@ -282,6 +298,9 @@ static void project(const vd_splat_picture *picture, const vd_placing *p, const 
         const vd_wide_i32 y = vd_wide_to_i32(vd_wide_blend_f32(small, y_float, (vd_wide_f32){0}));
         vd_wide_i32 record[4];
         small = vd_wide_and(small, fill_record(picture, p, &dots, y & 255, record));
+        if (picture->hider != NULL) {
+            small = not_hidden(picture, small, x, y, dots.depth);
+        }
         const vd_wide_i32 px = x >> 8, py = y >> 8;
         const vd_wide_i32 none = {0};
         const vd_wide_i32 tx = vd_wide_max_i32(px, none) >> VD_TILE_LOG2;
@@ -409,6 +428,15 @@ static void find_shares(const vd_splat_large *large, const vd_splat_shape *shape
     }
 }
 
+/* Takes away the shares of `count` pixels from (x, y) on where the frame is nearer. */
+static void hide_shares(const vd_splat_picture *picture, const vd_splat_large *large, int x, int y,
+                        int count, float *shares) {
+    const float *hider = picture->hider + (size_t)y * picture->hider_stride + (size_t)x;
+    for (int i = 0; i < count; i++) {
+        shares[i] = hider[i] > large->depth ? 0.0f : shares[i];
+    }
+}
+
 static void blend_large(const vd_splat_tile *tile, const vd_splat_large *large) {
     int box[4];
     if (!large_box(tile, large, box)) {
@@ -421,6 +449,9 @@ static void blend_large(const vd_splat_tile *tile, const vd_splat_large *large) 
     for (int y = box[2]; y < box[3]; y++) {
         float *row = (float *)tile->pixels + 4 * tile_pixel(tile, box[0], y);
         find_shares(large, &tile->picture->shape, box[0], y, box[1] - box[0], shares);
+        if (tile->picture->hider != NULL) {
+            hide_shares(tile->picture, large, box[0], y, box[1] - box[0], shares);
+        }
         for (int i = 0; i < box[1] - box[0]; i++, row += 4) {
             const float weight = large->amount * shares[i];
             const float w = weight < 1.0f ? weight : 1.0f;

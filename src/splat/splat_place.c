@@ -70,6 +70,12 @@ static vd_status check_def(const vd_splat_def *def) {
                           "a positive number",
                           def->range_min);
     }
+    if (def->over_frame && def->mode != VD_SPLAT_ALPHA) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "splats are drawn over a frame by alpha alone, not by %s; leave "
+                          "over_frame out",
+                          vd_splat_mode_name(def->mode));
+    }
     if (!(def->max_weight >= 0.0 && isfinite(def->max_weight)) || !(def->resort_rad >= 0.0)) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "the splats' largest weight is %g and their angle to sort again %g; give "

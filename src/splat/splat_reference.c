@@ -106,6 +106,19 @@ static void put_point(vd_splat_point *point, const dot *d, uint32_t id) {
     }
 }
 
+/* Whether what the frame holds at a pixel is nearer. */
+static bool is_hidden(const vd_splat_picture *picture, int x, int y, float depth) {
+    return picture->hider != NULL &&
+           picture->hider[(size_t)y * picture->hider_stride + (size_t)x] > depth;
+}
+
+/* The pixel of a middle in 1/256 of pixels beyond that of the first one's; of the picture's, the
+ * nearest. */
+static int middle_pixel(int at, int size) {
+    const int pixel = (at + 128) >> 8;
+    return pixel < 0 ? 0 : pixel < size ? pixel : size - 1;
+}
+
 /* A box of one pixel over four; false when it has no part in the picture. */
 static bool draw_small(const vd_splat_picture *picture, const dot *d, uint32_t id, void *pixels) {
     if (picture->mode == VD_SPLAT_NEAREST) {
@@ -126,7 +139,9 @@ static bool draw_small(const vd_splat_picture *picture, const dot *d, uint32_t i
     const uint32_t right = (uint32_t)(int)fx & 255, lower = (uint32_t)(int)fy & 255;
     const float area = picture->shape.area * (d->support * d->support);
     const float alpha = d->amount * area;
-    if (picture->mode == VD_SPLAT_ALPHA && !(alpha > 0.0f)) {
+    if (picture->mode == VD_SPLAT_ALPHA &&
+        (!(alpha > 0.0f) || is_hidden(picture, middle_pixel((int)fx, picture->width),
+                                      middle_pixel((int)fy, picture->height), d->depth))) {
         return false;
     }
     for (int i = 0; i < 4; i++) {
@@ -167,7 +182,7 @@ static bool draw_large(const vd_splat_picture *picture, const dot *d, uint32_t i
                 }
             } else if (picture->mode == VD_SPLAT_DENSITY) {
                 ((uint64_t *)pixels)[at] += 2 * (uint64_t)(large.amount * share + 0.5f);
-            } else {
+            } else if (!is_hidden(picture, x, y, d->depth)) {
                 const float weight = large.amount * share;
                 blend((float *)pixels + 4 * at, d->color, weight < 1.0f ? weight : 1.0f);
             }
