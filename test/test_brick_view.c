@@ -145,6 +145,114 @@ static void test_choice(void **state) {
     vd_bricks_close(&b);
 }
 
+/* Nodes of at most `most` particles of the data below, none above another. */
+static size_t cut_tree(const vd_bricks *b, uint32_t node, uint64_t most, uint32_t *out) {
+    const vd_bricks_node *n = &b->nodes[node];
+    if (n->leaves <= most || n->child_count == 0) {
+        *out = node;
+        return 1;
+    }
+    size_t count = 0;
+    for (uint32_t c = 0; c < n->child_count; c++) {
+        count += cut_tree(b, n->child_first + c, most, out + count);
+    }
+    return count;
+}
+
+static bool is_below(const vd_bricks *b, uint32_t root, const vd_bricks_node *node) {
+    const vd_bricks_node *n = &b->nodes[root];
+    bool found = n == node;
+    for (uint32_t c = 0; c < n->child_count && !found; c++) {
+        found = is_below(b, n->child_first + c, node);
+    }
+    return found;
+}
+
+/* `some` shows what of `all` lies below the roots, with `above` also above them, in its order. */
+static void check_part(const vd_bricks *b, const vd_brick_view *all, const vd_brick_view *some,
+                       const uint32_t *roots, size_t count, bool above) {
+    int at = 0;
+    for (int i = 0; i < all->count; i++) {
+        const vd_bricks_node *node = node_of(b, &all->splats[i]);
+        bool wanted = false;
+        for (size_t k = 0; k < count && !wanted; k++) {
+            wanted = is_below(b, roots[k], node) ||
+                     (above && is_below(b, (uint32_t)(node - b->nodes), &b->nodes[roots[k]]));
+        }
+        if (wanted) {
+            assert_true(at < some->count);
+            assert_ptr_equal(some->splats[at++].x16, all->splats[i].x16);
+        }
+    }
+    assert_int_equal(at, some->count);
+}
+
+/* All roots of a cut are the whole; some of them are what of it lies below them, in its order. */
+static void test_roots(void **state) {
+    (void)state;
+    vd_bricks *b = open_rows(context, "x,y,z,mass,-", 200);
+    vd_brick_view *all = NULL, *some = NULL;
+    assert_ok(vd_brick_view_create(b, &all));
+    assert_ok(vd_brick_view_create(b, &some));
+    uint32_t *roots = malloc(b->node_count * sizeof *roots);
+    uint64_t seed = 4;
+    assert_non_null(roots);
+    for (int turn = 0; turn < 24; turn++) {
+        const vd_camera camera = camera_at(40.0 * test_uniform(&seed) - 5.0, -90.0,
+                                           30.0 * test_uniform(&seed), (vd_projection)(turn % 2));
+        vd_brick_view_def def = vd_brick_view_def_default();
+        vd_brick_view_stats stats;
+        def.detail_px = turn % 3 == 0 ? -1.0 : 0.5;
+        def.drop_per_m2 = turn % 4 == 3 ? 1e-4 : 0.0;
+        assert_ok(vd_brick_view_update(all, NULL, &def, &camera, WIDTH, HEIGHT, NULL));
+        def.roots = roots;
+        def.root_count = cut_tree(b, 0, 500u << (turn % 7), roots);
+        assert_ok(vd_brick_view_update(some, NULL, &def, &camera, WIDTH, HEIGHT, &stats));
+        assert_int_equal(stats.stands_for + stats.culled, COUNT);
+        assert_int_equal(some->count, all->count);
+        for (int i = 0; i < all->count; i++) {
+            assert_ptr_equal(some->splats[i].x16, all->splats[i].x16);
+            assert_true(some->splats[i].anchor.z == all->splats[i].anchor.z);
+        }
+        const vd_bricks_node *top = &b->nodes[roots[0]];
+        assert_true(top->leaves <= (500u << (turn % 7)));
+        /* A few of them, one twice, all leaves: the others are left out. */
+        size_t kept = 0;
+        for (size_t i = 0; i < def.root_count; i++) {
+            roots[kept] = roots[i];
+            kept += test_uniform(&seed) < 0.4 ? 1u : 0u;
+        }
+        def.root_count = kept;
+        if (kept > 0 && kept < b->node_count) {
+            roots[def.root_count++] = roots[0];
+        }
+        def.detail_px = -1.0;
+        assert_ok(vd_brick_view_update(some, NULL, &def, &camera, WIDTH, HEIGHT, &stats));
+        def.roots = NULL;
+        assert_ok(vd_brick_view_update(all, NULL, &def, &camera, WIDTH, HEIGHT, NULL));
+        check_part(b, all, some, roots, kept, false);
+        /* Where the others are hidden: also what stands above them. */
+        def.detail_px = 2.0;
+        assert_ok(vd_brick_view_update(all, NULL, &def, &camera, WIDTH, HEIGHT, NULL));
+        def.roots = roots;
+        def.rest_hidden = true;
+        assert_ok(vd_brick_view_update(some, NULL, &def, &camera, WIDTH, HEIGHT, NULL));
+        check_part(b, all, some, roots, kept, true);
+    }
+    const vd_camera camera = camera_at(0, -90, 0, VD_PROJECTION_PERSPECTIVE);
+    vd_brick_view_def def = vd_brick_view_def_default();
+    def.roots = roots;
+    def.root_count = 1;
+    roots[0] = b->node_count;
+    const vd_status status = vd_brick_view_update(some, NULL, &def, &camera, WIDTH, HEIGHT, NULL);
+    assert_int_equal(status.code, VD_ERROR_ARGUMENT);
+    assert_non_null(strstr(status.message, "root"));
+    free(roots);
+    vd_brick_view_destroy(&all);
+    vd_brick_view_destroy(&some);
+    vd_bricks_close(&b);
+}
+
 /* Weights of any cut add up to those of the data. */
 static void test_weights(void **state) {
     (void)state;
@@ -361,9 +469,10 @@ static void test_bad(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_choice),        cmocka_unit_test(test_weights),
-        cmocka_unit_test(test_zoom),          cmocka_unit_test(test_same_picture),
-        cmocka_unit_test(test_little_memory), cmocka_unit_test(test_bad),
+        cmocka_unit_test(test_choice),       cmocka_unit_test(test_roots),
+        cmocka_unit_test(test_weights),      cmocka_unit_test(test_zoom),
+        cmocka_unit_test(test_same_picture), cmocka_unit_test(test_little_memory),
+        cmocka_unit_test(test_bad),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -42,6 +42,13 @@ typedef struct vd_brick_view_def {
     double opacity;      /* 0: 1 */
     int weight;          /* density: the attribute that is added up; −1: 1 each */
     size_t memory_bytes; /* what may be kept from picture to picture; 0: 1 GiB */
+    double drop_per_m2;  /* curvature: how much lower things appear, metres by squared metre of
+                            distance; 0: flat */
+    const uint32_t *roots; /* [root_count]: nodes of which they and what is below are drawn, and
+                              nothing else; null: everything */
+    size_t root_count;     /* with roots null not used */
+    bool rest_hidden; /* what is below no root is not seen anyway: nodes above roots may stand for
+                         them too */
 } vd_brick_view_def;
 
 /* Alpha, boxes, half a pixel, white, weight −1. */
@@ -51,7 +58,7 @@ typedef struct vd_brick_view_stats {
     uint64_t nodes, leaves; /* drawn; leaves among them */
     uint64_t particles;     /* in them */
     uint64_t stands_for;    /* particles of the data that they stand for */
-    uint64_t culled;        /* particles of the data outside the picture */
+    uint64_t culled;        /* particles of the data outside the picture; of the roots */
     uint64_t decoded;       /* nodes whose numbers were not kept from a picture before */
 } vd_brick_view_stats;
 
@@ -66,14 +73,22 @@ typedef struct vd_brick_view {
 VD_API VD_MUST_USE vd_status vd_brick_view_create(const vd_bricks *bricks, vd_brick_view **out);
 VD_API void vd_brick_view_destroy(vd_brick_view **view);
 
-/* Chooses and prepares what a picture of a camera needs. Numbers and orders of drawing are kept
- * from picture to picture within the memory allowed: the same picture again allocates nothing.
- * `job` and `stats` may be null. Returns VD_ERROR_ARGUMENT (names the field), VD_ERROR_FORMAT (a
- * damaged brick), VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
+/* Chooses and prepares what a picture of a camera needs. Several roots come back to front as a
+ * whole; where they are all of a node's children, that node may be drawn in their place. Numbers
+ * and orders of drawing are kept from picture to picture within the memory allowed: the same
+ * picture again allocates nothing. `job` and `stats` may be null. Returns VD_ERROR_ARGUMENT (names
+ * the field), VD_ERROR_FORMAT (a damaged brick), VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
 VD_API VD_MUST_USE vd_status vd_brick_view_update(vd_brick_view *view, vd_job *job,
                                                   const vd_brick_view_def *def,
                                                   const vd_camera *camera, int width, int height,
                                                   vd_brick_view_stats *stats);
+
+/* Whether a def fits the bricks. Returns VD_ERROR_ARGUMENT (names the field). */
+VD_API VD_MUST_USE vd_status vd_brick_view_check(const vd_bricks *bricks,
+                                                 const vd_brick_view_def *def);
+
+/* Returns how far from their middles particles of a def show at most, metres. */
+VD_API double vd_brick_view_reach(const vd_bricks *bricks, const vd_brick_view_def *def);
 
 /* Returns the radius that particles without one of their own are drawn with, metres. */
 VD_API double vd_brick_view_radius(const vd_bricks *bricks);

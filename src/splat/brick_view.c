@@ -1,63 +1,17 @@
 /* brick_view.c: from an octree and a camera to lists of splats.
  *
- * Order. Cells of an octree do not overlap, so eight children are back to front when those on the
- * far side of each of the three planes between them come first: by the bits of their octants, a set
- * bit meaning far. The planes lie between the boxes of the children, and which side is far follows
- * from the eye (orthographic: from the direction of view).
- *
  * Opacity. A sample stands for k particles, each of which covers a share c of a pixel, opacity
  * times area, at most opacity. k of them, one over the other, cover 1 − (1 − c)^k; so much must the
  * sample. Its area grows with k as far as a pixel; the rest is its opacity. Keeping k·c instead,
  * the sum of the areas, is the same for small c; for dense clouds it would cover too much, by up to
- * 1 / e of a pixel.
- *
- * Tried: bricks in van der Corput order, of which any beginning is drawn, so that levels are as
- * fine as one likes. 50 M particles at two pixels: 4.9 M drawn in place of 10.5 M, but RMS 6.5 of
- * 255 (blended: 5.7) in place of 1.9 (2.7), since what is left out is not averaged in. */
+ * 1 / e of a pixel. */
 #include <math.h>
 #include <string.h>
 #include "core/core.h"
 #include "core/real.h"
-#include "splat/brick_format.h"
-#include <veduta/brick_view.h>
+#include "splat/brick_walk.h"
 
 #define MEMORY_DEFAULT ((size_t)1 << 30)
-
-/* What is kept of a node: its numbers as floats, its order. */
-typedef struct kept_node {
-    void *memory; /* null: nothing */
-    size_t bytes;
-    uint64_t used;     /* the update that last drew it */
-    float radius_mean; /* root mean square */
-    float *radius;     /* its own; null without */
-    float *scaled;     /* radius, as it is drawn */
-    float *value, *weight;
-    vd_rgba8 *color;
-    const uint8_t *classes;
-    vd_splat_order order;
-} kept_node;
-
-struct vd_brick_view_parts {
-    kept_node *kept; /* [node_count] */
-    size_t kept_bytes;
-    uint64_t update;
-    vd_brick_view_def def; /* that kept numbers were made for */
-    uint32_t *chosen;      /* [node_count]: of this update, back to front */
-    vd_status *statuses;   /* [threads] */
-};
-
-/* One walk. */
-typedef struct walk {
-    vd_brick_view *view;
-    const vd_brick_view_def *def;
-    const vd_camera *camera;
-    vd_frustum frustum;
-    vd_vec3 forward;
-    double detail_px, margin; /* of boxes: the largest radius */
-    double scale;             /* pixels a metre: over depth for perspective */
-    uint32_t count;
-    vd_brick_view_stats stats;
-} walk;
 
 vd_brick_view_def vd_brick_view_def_default(void) {
     return (vd_brick_view_def){
@@ -80,8 +34,13 @@ vd_status vd_brick_view_create(const vd_bricks *bricks, vd_brick_view **out) {
         p->kept = vd_allocate_zero(context, bricks->node_count, sizeof *p->kept);
         p->chosen = vd_allocate(context, bricks->node_count, sizeof *p->chosen);
         p->statuses = vd_allocate(context, threads, sizeof *p->statuses);
+        p->parents = vd_allocate(context, bricks->node_count, sizeof *p->parents);
+        p->marks = vd_allocate_zero(context, bricks->node_count, 1);
+        p->whole = vd_allocate_zero(context, bricks->node_count, 1);
         view->splats = vd_allocate(context, bricks->node_count, sizeof *view->splats);
-        if (p->kept != NULL && p->chosen != NULL && view->splats != NULL && p->statuses != NULL) {
+        if (p->kept != NULL && p->chosen != NULL && view->splats != NULL && p->statuses != NULL &&
+            p->parents != NULL && p->marks != NULL && p->whole != NULL) {
+            vd_brick_find_parents(bricks, p->parents);
             *out = view;
             return vd_success();
         }
@@ -93,7 +52,7 @@ vd_status vd_brick_view_create(const vd_bricks *bricks, vd_brick_view **out) {
     return vd_out_of_memory("a view of bricks", bricks->node_count * sizeof *view->splats);
 }
 
-static void forget(vd_brick_view *view, kept_node *k) {
+static void forget(vd_brick_view *view, vd_kept_node *k) {
     view->parts->kept_bytes -= k->bytes;
     vd_release(view->bricks->context, k->memory);
     memset(k, 0, sizeof *k);
@@ -115,101 +74,20 @@ void vd_brick_view_destroy(vd_brick_view **view) {
     vd_release(context, v->parts->kept);
     vd_release(context, v->parts->chosen);
     vd_release(context, v->parts->statuses);
+    vd_release(context, v->parts->parents);
+    vd_release(context, v->parts->marks);
+    vd_release(context, v->parts->whole);
     vd_release(context, v->parts);
     vd_release(context, v->splats);
     vd_release(context, v);
     *view = NULL;
 }
 
-/* ---- choosing -----------------------------------------------------------------------------------
- */
-
-static vd_vec3 box_middle(const vd_bricks_node *n) {
-    return vd_vec3_make(0.5 * (n->min[0] + n->max[0]), 0.5 * (n->min[1] + n->max[1]),
-                        0.5 * (n->min[2] + n->max[2]));
-}
-
-/* Distance along the view axis of the box's middle and, less than that, of its nearest corner. */
-static double box_depth(const walk *w, const vd_bricks_node *n, double *nearest) {
-    const vd_vec3 f = w->forward;
-    const double middle = vd_vec3_dot(f, vd_vec3_subtract(box_middle(n), w->camera->eye));
-    const double half =
-        0.5 * (fabs(f.x) * (n->max[0] - n->min[0]) + fabs(f.y) * (n->max[1] - n->min[1]) +
-               fabs(f.z) * (n->max[2] - n->min[2]));
-    *nearest = middle - half;
-    return middle;
-}
-
-static double pixels_per_metre(const walk *w, double depth) {
-    if (w->camera->projection == VD_PROJECTION_ORTHOGRAPHIC) {
-        return w->scale;
-    }
-    return w->scale / (depth > w->camera->near_m ? depth : w->camera->near_m);
-}
-
-/* Which octants are on the far side of the planes between the children, as a mask of axes: a set
- * bit says that the upper side is far. */
-static uint32_t far_sides(const walk *w, const vd_bricks_node *n) {
-    const double eye[3] = {w->camera->eye.x, w->camera->eye.y, w->camera->eye.z};
-    const double forward[3] = {w->forward.x, w->forward.y, w->forward.z};
-    uint32_t far = 0;
-    for (int k = 0; k < 3; k++) {
-        double low = -(double)INFINITY, high = (double)INFINITY;
-        for (uint32_t c = 0; c < n->child_count; c++) {
-            const vd_bricks_node *child = &w->view->bricks->nodes[n->child_first + c];
-            if ((child->octant >> k & 1) != 0) {
-                high = child->min[k] < high ? child->min[k] : high;
-            } else {
-                low = child->max[k] > low ? child->max[k] : low;
-            }
-        }
-        const bool flat = w->camera->projection == VD_PROJECTION_ORTHOGRAPHIC;
-        const bool upper = flat ? forward[k] > 0.0 : eye[k] < 0.5 * (low + high);
-        far |= (uint32_t)upper << k;
-    }
-    return far;
-}
-
-static bool is_fine(const walk *w, const vd_bricks_node *n) {
-    double nearest;
-    (void)box_depth(w, n, &nearest);
-    return (double)n->spread * pixels_per_metre(w, nearest) <= w->detail_px;
-}
-
-static void choose(walk *w, uint32_t index) {
-    const vd_bricks_node *n = &w->view->bricks->nodes[index];
-    const double m = w->margin;
-    const vd_vec3 min = {n->min[0] - m, n->min[1] - m, n->min[2] - m};
-    const vd_vec3 max = {n->max[0] + m, n->max[1] + m, n->max[2] + m};
-    if (!vd_frustum_touches_box(&w->frustum, min, max)) {
-        w->stats.culled += n->leaves;
-        return;
-    }
-    if (n->child_count == 0 || is_fine(w, n)) {
-        w->view->parts->chosen[w->count++] = index;
-        w->stats.nodes++;
-        w->stats.leaves += n->child_count == 0;
-        w->stats.particles += n->count;
-        w->stats.stands_for += n->leaves;
-        return;
-    }
-    const uint32_t far = far_sides(w, n);
-    for (uint32_t order = 8; order-- > 0;) {
-        for (uint32_t c = 0; c < n->child_count; c++) {
-            /* A bit is set where the child is on the far side. */
-            const uint32_t octant = w->view->bricks->nodes[n->child_first + c].octant;
-            if ((~(octant ^ far) & 7) == order) {
-                choose(w, n->child_first + c);
-            }
-        }
-    }
-}
-
 /* ---- preparing ----------------------------------------------------------------------------------
  */
 
 typedef struct preparation {
-    const walk *w;
+    const vd_brick_walk *w;
     int red, green, blue, radius; /* attributes, −1 none */
 } preparation;
 
@@ -220,7 +98,7 @@ static size_t kept_floats(const preparation *p) {
            (d->mode == VD_SPLAT_ALPHA);
 }
 
-static void fill_colors(const preparation *p, const vd_brick *brick, kept_node *k) {
+static void fill_colors(const preparation *p, const vd_brick *brick, vd_kept_node *k) {
     const uint8_t *r = brick->values[p->red], *g = brick->values[p->green],
                   *b = brick->values[p->blue];
     for (uint32_t i = 0; i < brick->count; i++) {
@@ -229,7 +107,7 @@ static void fill_colors(const preparation *p, const vd_brick *brick, kept_node *
 }
 
 static void fill_kept(const preparation *p, const vd_brick *brick, const vd_bricks_node *n,
-                      kept_node *k) {
+                      vd_kept_node *k) {
     const vd_bricks *bricks = p->w->view->bricks;
     const vd_brick_view_def *d = p->w->def;
     float *at = k->memory;
@@ -272,7 +150,8 @@ static void fill_kept(const preparation *p, const vd_brick *brick, const vd_bric
 }
 
 /* Sets radius and opacity of a list: see above. */
-static void set_opacity(const walk *w, const vd_bricks_node *n, kept_node *k, vd_splats *s) {
+static void set_opacity(const vd_brick_walk *w, const vd_bricks_node *n, vd_kept_node *k,
+                        vd_splats *s) {
     /* Densities of particles without a size are those of points. */
     const double suits =
         w->def->mode == VD_SPLAT_DENSITY ? 0.0 : vd_brick_view_radius(w->view->bricks);
@@ -282,7 +161,7 @@ static void set_opacity(const walk *w, const vd_bricks_node *n, kept_node *k, vd
     const double grow = w->def->radius_scale > 0.0 ? w->def->radius_scale : 1.0;
     const double radius = own * grow;
     double nearest, factor = 1.0;
-    const double pixels = pixels_per_metre(w, box_depth(w, n, &nearest));
+    const double pixels = vd_brick_walk_scale(w, vd_brick_walk_depth(w, n, &nearest));
     const double each = (double)n->leaves / n->count;
     const double opacity = w->def->opacity > 0.0 ? w->def->opacity : 1.0;
     s->opacity = (float)opacity;
@@ -294,7 +173,7 @@ static void set_opacity(const walk *w, const vd_bricks_node *n, kept_node *k, vd
                 ? 1.0 - vd_exp(each * 0.69314718055994530942 * vd_log2(1.0 - opacity * area))
                 : 1.0;
         /* As far as a pixel, for the nearest of them: larger ones are drawn more slowly. */
-        const double pixel = 1.0 / (2.0 * radius * pixels_per_metre(w, nearest));
+        const double pixel = 1.0 / (2.0 * radius * vd_brick_walk_scale(w, nearest));
         factor = sqrt(each) < pixel ? sqrt(each) : pixel > 1.0 ? pixel : 1.0;
         const double share = area * factor * factor < 1.0 ? area * factor * factor : 1.0;
         s->opacity = (float)(covered / share < 1.0 ? covered / share : 1.0);
@@ -311,11 +190,11 @@ static void set_opacity(const walk *w, const vd_bricks_node *n, kept_node *k, vd
 
 static void prepare_node(void *user, int index, int worker) {
     const preparation *p = user;
-    const walk *w = p->w;
+    const vd_brick_walk *w = p->w;
     struct vd_brick_view_parts *parts = w->view->parts;
     const uint32_t node = parts->chosen[index];
     const vd_bricks_node *n = &w->view->bricks->nodes[node];
-    kept_node *k = &parts->kept[node];
+    vd_kept_node *k = &parts->kept[node];
     vd_brick brick;
     vd_status status = vd_bricks_brick(w->view->bricks, node, &brick);
     if (status.code != VD_OK) {
@@ -328,7 +207,7 @@ static void prepare_node(void *user, int index, int worker) {
     }
     vd_splats s = vd_splats_default();
     s.count = n->count;
-    s.anchor = vd_vec3_make(n->min[0], n->min[1], n->min[2]);
+    s.anchor = vd_vec3_make(n->min[0], n->min[1], n->min[2] - vd_brick_walk_drop(w, n));
     s.x16 = brick.x;
     s.y16 = brick.y;
     s.z16 = brick.z;
@@ -353,7 +232,7 @@ static void prepare_node(void *user, int index, int worker) {
 }
 
 /* Gives the chosen nodes memory; what was not drawn lately goes first when there is too much. */
-static vd_status find_memory(walk *w, const preparation *p) {
+static vd_status find_memory(vd_brick_walk *w, const preparation *p) {
     struct vd_brick_view_parts *parts = w->view->parts;
     const vd_bricks *bricks = w->view->bricks;
     const size_t each = 4 * kept_floats(p);
@@ -361,23 +240,23 @@ static vd_status find_memory(walk *w, const preparation *p) {
     parts->update++;
     size_t needed = 0;
     for (uint32_t i = 0; i < w->count; i++) {
-        const kept_node *k = &parts->kept[parts->chosen[i]];
+        const vd_kept_node *k = &parts->kept[parts->chosen[i]];
         needed += k->used == 0 ? each * bricks->nodes[parts->chosen[i]].count : 0;
     }
     if (parts->kept_bytes + needed > most) {
         for (uint32_t i = 0; i < w->count; i++) {
-            kept_node *k = &parts->kept[parts->chosen[i]];
+            vd_kept_node *k = &parts->kept[parts->chosen[i]];
             k->used = k->used != 0 ? parts->update : 0;
         }
         for (uint32_t i = 0; i < bricks->node_count; i++) {
-            kept_node *k = &parts->kept[i];
+            vd_kept_node *k = &parts->kept[i];
             if (k->used != 0 && k->used < parts->update) {
                 forget(w->view, k);
             }
         }
     }
     for (uint32_t i = 0; i < w->count && each > 0; i++) {
-        kept_node *k = &parts->kept[parts->chosen[i]];
+        vd_kept_node *k = &parts->kept[parts->chosen[i]];
         if (k->memory == NULL) {
             k->bytes = each * bricks->nodes[parts->chosen[i]].count;
             k->memory = vd_allocate(bricks->context, k->bytes, 1);
@@ -391,7 +270,7 @@ static vd_status find_memory(walk *w, const preparation *p) {
     return vd_success();
 }
 
-static vd_status prepare(walk *w, vd_job *job) {
+static vd_status prepare(vd_brick_walk *w, vd_job *job) {
     struct vd_brick_view_parts *parts = w->view->parts;
     const vd_bricks *bricks = w->view->bricks;
     preparation p = {w, vd_bricks_find(bricks, "red"), vd_bricks_find(bricks, "green"),
@@ -412,7 +291,7 @@ static vd_status prepare(walk *w, vd_job *job) {
         status = parts->statuses[t];
     }
     for (uint32_t i = 0; i < w->count && status.code == VD_OK; i++) {
-        kept_node *k = &parts->kept[parts->chosen[i]];
+        vd_kept_node *k = &parts->kept[parts->chosen[i]];
         w->stats.decoded += k->used == 0;
         k->used = parts->update;
     }
@@ -425,13 +304,16 @@ static bool same_numbers(const vd_brick_view_def *a, const vd_brick_view_def *b)
            a->weight == b->weight && (a->radius_m > 0.0) == (b->radius_m > 0.0);
 }
 
-static vd_status check(const vd_bricks *b, const vd_brick_view_def *d, int width, int height) {
+static vd_status check_size(int width, int height) {
+    return width >= 1 && height >= 1
+               ? vd_success()
+               : vd_failure(VD_ERROR_ARGUMENT, "a picture has sides of at least 1, not %d and %d",
+                            width, height);
+}
+
+vd_status vd_brick_view_check(const vd_bricks *b, const vd_brick_view_def *d) {
     const int count = (int)b->attribute_count;
     const bool by_attribute = d->color == VD_BRICK_COLOR_CLASS || d->color == VD_BRICK_COLOR_VALUE;
-    if (width < 1 || height < 1) {
-        return vd_failure(VD_ERROR_ARGUMENT, "a picture has sides of at least 1, not %d and %d",
-                          width, height);
-    }
     if ((unsigned)d->color >= VD_BRICK_COLOR_COUNT ||
         (by_attribute && (d->attribute < 0 || d->attribute >= count)) || d->weight >= count) {
         return vd_failure(VD_ERROR_ARGUMENT, "a brick view's colour or weight names an attribute "
@@ -451,19 +333,39 @@ static vd_status check(const vd_bricks *b, const vd_brick_view_def *d, int width
         return vd_failure(VD_ERROR_ARGUMENT, "the bricks have no colours of their own");
     }
     if (!isfinite(d->radius_m) || !isfinite(d->radius_scale) || !isfinite(d->opacity) ||
-        d->opacity > 1.0 || isnan(d->detail_px)) {
+        d->opacity > 1.0 || isnan(d->detail_px) || !isfinite(d->drop_per_m2)) {
         return vd_failure(VD_ERROR_ARGUMENT,
-                          "a brick view's radius, opacity or detail is no number "
+                          "a brick view's radius, opacity, detail or drop is no number "
                           "in its range");
     }
+    for (size_t i = 0; d->roots != NULL && i < d->root_count; i++) {
+        if (d->roots[i] >= b->node_count) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "a brick view's root %u is not among the %u nodes; give another",
+                              d->roots[i], b->node_count);
+        }
+    }
     return vd_success();
+}
+
+double vd_brick_view_reach(const vd_bricks *bricks, const vd_brick_view_def *def) {
+    const double grow = def->radius_scale > 0.0 ? def->radius_scale : 1.0;
+    double radius = def->radius_m > 0.0 ? def->radius_m : vd_brick_view_radius(bricks);
+    for (uint32_t i = 0; i < bricks->node_count && def->radius_m <= 0.0; i++) {
+        radius = (double)bricks->nodes[i].radius_max > radius ? (double)bricks->nodes[i].radius_max
+                                                              : radius;
+    }
+    return 2.5 * grow * radius; /* the widest kernel */
 }
 
 vd_status vd_brick_view_update(vd_brick_view *view, vd_job *job, const vd_brick_view_def *def,
                                const vd_camera *camera, int width, int height,
                                vd_brick_view_stats *stats) {
     const vd_bricks *bricks = view->bricks;
-    vd_status status = check(bricks, def, width, height);
+    vd_status status = check_size(width, height);
+    if (status.code == VD_OK) {
+        status = vd_brick_view_check(bricks, def);
+    }
     if (status.code == VD_OK) {
         status = vd_camera_validate(camera);
     }
@@ -475,21 +377,15 @@ vd_status vd_brick_view_update(vd_brick_view *view, vd_job *job, const vd_brick_
     }
     view->parts->def = *def;
     const double fx = camera->lens.fx, fy = camera->lens.fy;
-    walk w = {.view = view,
-              .def = def,
-              .camera = camera,
-              .frustum = vd_camera_frustum(camera, width, height),
-              .forward = vd_quat_rotate(camera->orientation, vd_vec3_make(0.0, 0.0, 1.0)),
-              .detail_px = def->detail_px == 0.0 ? 0.5 : def->detail_px,
-              .scale = fx > fy ? fx : fy};
-    const double grow = def->radius_scale > 0.0 ? def->radius_scale : 1.0;
-    double radius = def->radius_m > 0.0 ? def->radius_m : vd_brick_view_radius(bricks);
-    for (uint32_t i = 0; i < bricks->node_count && def->radius_m <= 0.0; i++) {
-        radius = (double)bricks->nodes[i].radius_max > radius ? (double)bricks->nodes[i].radius_max
-                                                              : radius;
-    }
-    w.margin = 2.5 * grow * radius; /* the widest kernel */
-    choose(&w, 0);
+    vd_brick_walk w = {.view = view,
+                       .def = def,
+                       .camera = camera,
+                       .frustum = vd_camera_frustum(camera, width, height),
+                       .forward = vd_quat_rotate(camera->orientation, vd_vec3_make(0.0, 0.0, 1.0)),
+                       .detail_px = def->detail_px == 0.0 ? 0.5 : def->detail_px,
+                       .scale = fx > fy ? fx : fy};
+    w.margin = vd_brick_view_reach(bricks, def);
+    vd_brick_walk_run(&w);
     status = prepare(&w, job);
     view->count = status.code == VD_OK ? (int)w.count : 0;
     if (status.code == VD_OK && stats != NULL) {
