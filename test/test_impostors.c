@@ -1,6 +1,8 @@
 /* Which impostors are shown and drawn, without looking at their pixels. */
 #include <math.h>
+#include <unistd.h>
 #include "impostor/impostor_set.h"
+#include "particle_scenes.h"
 #include "world_scenes.h"
 
 typedef struct scene {
@@ -379,6 +381,60 @@ static void a_budget_of_pixels_is_kept(void **state) {
     end(&s);
 }
 
+/* Particles have pictures as other things have, far ones of many objects, and look as they do when
+ * they are drawn themselves. */
+static void particles_have_pictures(void **state) {
+    (void)state;
+    static const char path[] = VEDUTA_BINARY_DIR "/test-impostors.vdp";
+    const vd_vec3 middle = {0, 900, 120}, origin = {0, 0, 0};
+    const vd_impostor_def def = patient();
+    const vd_particle_look look = cloud_look();
+    scene s = {.context = test_context(2, VD_ISA_AUTO)};
+    s.map = hills(s.context, origin);
+    s.world = make_world(s.context, s.map, origin, 5, 3);
+    vd_bricks *bricks = open_cloud(s.context, path, 30000, middle, vd_vec3_make(200, 200, 80), 200);
+    assert_true(add_cloud(s.world, bricks, &look, 1000) > 30);
+    assert_ok(vd_world_arrange(s.world, NULL));
+    assert_ok(vd_world_renderer_create(s.context, NULL, s.world, NULL, &s.renderer));
+    assert_ok(vd_impostors_create(s.context, s.world, s.renderer, &def, &s.set));
+    vd_camera camera = looking(origin);
+    camera.orientation = vd_orientation_look_at(camera.eye, middle);
+    for (int i = 0; i < 5; i++) {
+        (void)step(&s, &camera);
+        check_once(&s, &camera);
+    }
+    size_t pictures = 0, objects = 0;
+    const uint32_t *shown = s.set->shown.data;
+    for (size_t i = 0; i < s.set->shown.count; i++) {
+        const vd_node *node = &s.world->nodes[vd_impostor_slot_at(s.set, shown[i])->node];
+        const vd_node *leaf = node;
+        while (leaf->count > 0) {
+            leaf = &s.world->nodes[leaf->first];
+        }
+        if (s.world->entries[leaf->entry].object->kind == VD_OBJECT_PARTICLES) {
+            pictures++;
+            objects += node->placed;
+        }
+    }
+    assert_true(pictures > 0 && objects > 2 * pictures);
+    vd_frame *frames[3];
+    for (int i = 0; i < 3; i++) {
+        assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frames[i]));
+    }
+    assert_ok(vd_impostors_draw(s.set, NULL, &camera, frames[0], NULL));
+    assert_ok(vd_world_renderer_draw(s.renderer, NULL, &camera, frames[1], NULL));
+    assert_true(vd_frame_error(frames[0], frames[1]) < 0.1);
+    /* Without them it is another picture: that above is no success of drawing nothing. */
+    s.set->shown.count = 0;
+    assert_ok(vd_impostors_draw(s.set, NULL, &camera, frames[2], NULL));
+    assert_true(vd_frame_error(frames[2], frames[1]) > 2.0 * vd_frame_error(frames[0], frames[1]));
+    for (int i = 0; i < 3; i++) {
+        vd_frame_destroy(&frames[i]);
+    }
+    end(&s);
+    (void)unlink(path);
+}
+
 /* The measure: 0 for equal frames, and eq. 5.1 for others. */
 static void the_measure_is_the_published_one(void **state) {
     (void)state;
@@ -411,6 +467,7 @@ int main(void) {
         cmocka_unit_test(replays_are_the_same),
         cmocka_unit_test(without_reuse_all_is_drawn_anew),
         cmocka_unit_test(a_budget_of_pixels_is_kept),
+        cmocka_unit_test(particles_have_pictures),
         cmocka_unit_test(the_measure_is_the_published_one),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

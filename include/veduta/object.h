@@ -25,10 +25,11 @@ typedef enum vd_object_kind {
     VD_OBJECT_SPRITE,    /* a picture that faces the viewer, anchored at its foot */
     VD_OBJECT_LINE,      /* a polyline of a width in pixels */
     VD_OBJECT_LABEL,     /* a name at a place */
+    VD_OBJECT_PARTICLES, /* a part of a brick file: a node of its octree and all below it */
     VD_OBJECT_KIND_COUNT
 } vd_object_kind;
 
-/* Returns "group", "terrain", "instance", "sprite", "line" or "label". */
+/* Returns "group", "terrain", "instance", "sprite", "line", "label" or "particles". */
 VD_API const char *vd_object_kind_name(vd_object_kind kind);
 
 typedef struct vd_object {
@@ -120,6 +121,16 @@ typedef struct vd_label_def {
 } vd_label_def;
 
 VD_API VD_MUST_USE vd_status vd_label_create(vd_context *context, const vd_label_def *def,
+                                             vd_object **out);
+
+/* vd_world_add_particles makes these. */
+typedef struct vd_cloud_def {
+    uint32_t bricks;  /* number of the asset */
+    uint32_t root;    /* node of its octree */
+    vd_vec3 min, max; /* of the particles below, world, their radii included */
+} vd_cloud_def;
+
+VD_API VD_MUST_USE vd_status vd_cloud_create(vd_context *context, const vd_cloud_def *def,
                                              vd_object **out);
 
 /* ---- looking at them ------------------------------------------------------------------------ */

@@ -8,13 +8,15 @@
  *     status = vd_world_renderer_create(context, NULL, world, NULL, &renderer);
  *     status = vd_world_renderer_draw(renderer, NULL, &camera, frame, NULL);
  *
- * Terrain, triangles, sprites and lines are composited sample by sample by depth; names and what
- * else lies over a map are drawn over the finished picture. Objects outside the picture or behind
+ * Terrain, triangles, sprites and lines are composited sample by sample by depth. Particles are
+ * blended over that, hidden by what is nearer; names and what else lies over a map are drawn over
+ * the finished picture. Objects outside the picture or behind
  * the terrain's horizon cost a test of the group that they stand in.
  */
 #ifndef VEDUTA_WORLD_H
 #define VEDUTA_WORLD_H
 
+#include <veduta/brick_view.h>
 #include <veduta/furniture.h>
 #include <veduta/model.h>
 #include <veduta/object.h>
@@ -47,6 +49,38 @@ VD_API VD_MUST_USE vd_status vd_world_add_model(vd_world *world, vd_model **mode
                                                 uint32_t *number);
 VD_API VD_MUST_USE vd_status vd_world_add_picture(vd_world *world, const vd_picture *picture,
                                                   uint32_t *number);
+
+/* How the particles of a brick file look. They shine by themselves: sun, shadows and haze leave
+ * them as they are. Fields are those of vd_brick_view_def and vd_splat_def. */
+typedef struct vd_particle_look {
+    vd_splat_kernel kernel;
+    double detail_px; /* 0: half a pixel; negative: every particle is drawn, however far */
+    vd_brick_color color;
+    int attribute; /* CLASS and VALUE */
+    vd_rgba8 constant;
+    const vd_colormap *colormap; /* copied; relative; null: viridis */
+    double range_min, range_max; /* equal: all that is in the file */
+    bool log;
+    double radius_m, radius_scale, opacity; /* 0: as vd_brick_view_def has it */
+    size_t memory_bytes; /* of numbers that a renderer keeps of the file; 0: 1 GiB */
+} vd_particle_look;
+
+/* White discs of half a pixel's detail, of their own radius, opaque. */
+VD_API vd_particle_look vd_particle_look_default(void);
+
+/* Adds a brick file as an asset; `look` may be null. The open file is taken over on success
+ * (*bricks becomes null): it is closed with the world. Its coordinates are the world's. Returns
+ * VD_ERROR_ARGUMENT (names the look's field), VD_ERROR_LIMIT or VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_world_add_bricks(vd_world *world, vd_bricks **bricks,
+                                                 const vd_particle_look *look, uint32_t *number);
+
+/* Places an asset of bricks: an object for each of the octree's largest parts of at most `most`
+ * particles of the data (0: VD_WORLD_CLOUD_PARTICLES; where a brick alone has more, as many as it
+ * has), so that each is culled by itself and may have an impostor. `count` (may be null) receives
+ * how many. Returns as vd_world_add; some objects may then have been added. */
+#define VD_WORLD_CLOUD_PARTICLES 100000 /* an impostor's best (Lawlor 2004, §6.6) */
+VD_API VD_MUST_USE vd_status vd_world_add_particles(vd_world *world, uint32_t bricks, uint64_t most,
+                                                    size_t *count);
 
 /* Adds a placed object, taken over on success (*object becomes null). It is shown once the world is
  * arranged. Returns VD_ERROR_ARGUMENT (an asset that is not there or of the wrong sort),
@@ -107,6 +141,8 @@ typedef struct vd_world_stats {
     uint64_t too_small;       /* nothing of them reaches a sixteenth of a pixel */
     uint64_t triangles;       /* given to the rasterizer */
     uint64_t labels, labels_shown;
+    uint64_t particles, particles_for; /* dots given to the splatter; what of the data they stand
+                                          for */
     double prepare_s, ground_s, objects_s, finish_s; /* wall seconds of the stages */
 } vd_world_stats;
 
@@ -119,7 +155,9 @@ VD_API VD_MUST_USE vd_status vd_world_renderer_create(vd_context *context, vd_jo
                                                       vd_world_renderer **out);
 VD_API void vd_world_renderer_destroy(vd_world_renderer **renderer);
 
-/* Draws a picture of everything into the frame (all planes it has). A second picture like the first
+/* Draws a picture of everything into the frame (all planes it has). Where particles lie over
+ * something, depth and id are those of what is under them. Several brick files in one picture are
+ * drawn one after the other, the farthest first. A second picture like the first
  * allocates nothing. `job` and `stats` may be null. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT,
  * VD_ERROR_MEMORY or VD_ERROR_CANCELLED (the frame then holds part of a picture). */
 VD_API VD_MUST_USE vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job,

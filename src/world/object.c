@@ -10,6 +10,7 @@ const vd_object_kind_entry *const vd_object_kinds[VD_OBJECT_KIND_COUNT] = {
     [VD_OBJECT_GROUP] = &vd_group_kind,       [VD_OBJECT_TERRAIN] = &vd_terrain_kind,
     [VD_OBJECT_INSTANCE] = &vd_instance_kind, [VD_OBJECT_SPRITE] = &vd_sprite_kind,
     [VD_OBJECT_LINE] = &vd_line_kind,         [VD_OBJECT_LABEL] = &vd_label_kind,
+    [VD_OBJECT_PARTICLES] = &vd_cloud_kind,
 };
 
 const char *vd_object_kind_name(vd_object_kind kind) {

@@ -27,7 +27,7 @@ typedef struct vd_object_kind_entry {
 extern const vd_object_kind_entry *const vd_object_kinds[VD_OBJECT_KIND_COUNT];
 
 extern const vd_object_kind_entry vd_group_kind, vd_terrain_kind, vd_instance_kind, vd_sprite_kind,
-    vd_line_kind, vd_label_kind;
+    vd_line_kind, vd_label_kind, vd_cloud_kind;
 
 /* Makes the head of a block of `size_bytes`, the rest cleared; *out is the caller's. The anchor is
  * rounded. Returns VD_ERROR_ARGUMENT (not finite, too far) or VD_ERROR_MEMORY. */
@@ -77,6 +77,12 @@ typedef struct vd_label {
     double priority;
     double points[]; /* [point_count][2], then verbs [verb_count], then the text */
 } vd_label;
+
+typedef struct vd_cloud {
+    vd_object head;
+    uint32_t bricks;
+    uint32_t root; /* checked against the asset when it comes into a world */
+} vd_cloud;
 
 static inline const uint8_t *vd_label_verbs(const vd_label *label) {
     return (const uint8_t *)(label->points + 2 * (size_t)label->point_count);

@@ -5,7 +5,7 @@
 #include <veduta/world.h>
 #include "core/list.h"
 
-typedef enum vd_asset_kind { VD_ASSET_MODEL = 0, VD_ASSET_PICTURE } vd_asset_kind;
+typedef enum vd_asset_kind { VD_ASSET_MODEL = 0, VD_ASSET_PICTURE, VD_ASSET_BRICKS } vd_asset_kind;
 
 typedef struct vd_line_view vd_line_view;
 struct vd_horizon;
@@ -16,8 +16,10 @@ typedef struct vd_pass {
     const vd_camera *camera;
     int width, height;
     bool ground;               /* the terrain is seen */
+    bool whole;                /* what was not gathered is not seen */
     vd_list *draws;            /* vd_draw */
     vd_list *labels;           /* const struct vd_label * */
+    vd_list *clouds;           /* const struct vd_cloud * */
     const vd_line_view *lines; /* uniforms of lines */
     bool shading;              /* lit; else plain colours */
     const void *uniforms;      /* the light on what is being drawn: vd_world_uniforms */

@@ -122,6 +122,7 @@ void vd_world_destroy(vd_world **world_pointer) {
     for (size_t i = 0; i < vd_world_asset_count(world); i++) {
         vd_model_destroy(&world->assets[i].model);
         vd_texture_destroy(&world->assets[i].texture);
+        vd_brick_asset_destroy(world->context, &world->assets[i].bricks);
     }
     vd_release(world->context, world->entry_list.data);
     vd_release(world->context, world->asset_list.data);
@@ -133,9 +134,10 @@ void vd_world_destroy(vd_world **world_pointer) {
 
 /* ---- assets -----------------------------------------------------------------------------------*/
 
-static vd_status add_asset(vd_world *world, const vd_asset *asset, uint32_t *number) {
+vd_status vd_world_add_asset(vd_world *world, const vd_asset *asset, uint32_t *number) {
     if (vd_world_asset_count(world) >= MOST_ASSETS) {
-        return vd_failure(VD_ERROR_LIMIT, "a world holds at most %zu models and pictures",
+        return vd_failure(VD_ERROR_LIMIT,
+                          "a world holds at most %zu models, pictures and brick files",
                           MOST_ASSETS);
     }
     vd_asset *to = vd_list_add(world->context, &world->asset_list, 1, sizeof *to);
@@ -157,7 +159,7 @@ vd_status vd_world_add_model(vd_world *world, vd_model **model, uint32_t *number
                                ? vd_world_shader_for(&asset.draws[i], (*model)->has_colors)
                                : vd_shader_find(VD_SHADING_ALBEDO);
     }
-    const vd_status status = add_asset(world, &asset, number);
+    const vd_status status = vd_world_add_asset(world, &asset, number);
     if (status.code == VD_OK) {
         *model = NULL;
     }
@@ -177,7 +179,7 @@ vd_status vd_world_add_picture(vd_world *world, const vd_picture *picture, uint3
     asset.soft = asset.solid;
     asset.solid.alpha_test = 0.996f;
     asset.soft.blend = true;
-    status = add_asset(world, &asset, number);
+    status = vd_world_add_asset(world, &asset, number);
     if (status.code != VD_OK) {
         vd_texture_destroy(&asset.texture);
     }
@@ -187,13 +189,14 @@ vd_status vd_world_add_picture(vd_world *world, const vd_picture *picture, uint3
 /* ---- objects ----------------------------------------------------------------------------------*/
 
 static vd_status check_asset(const vd_world *world, const vd_object *object) {
+    static const char *const names[] = {"model", "picture", "brick file"};
     vd_asset_kind wanted = VD_ASSET_MODEL;
     const uint32_t number = vd_object_kinds[object->kind]->asset(object, &wanted);
     if (number < vd_world_asset_count(world) && world->assets[number].kind == wanted) {
         return vd_success();
     }
     return vd_failure(VD_ERROR_ARGUMENT, "there is no %s %u in the world; add it first",
-                      wanted == VD_ASSET_MODEL ? "model" : "picture", number);
+                      names[wanted], number);
 }
 
 vd_status vd_world_add(vd_world *world, vd_object **object) {

@@ -9,6 +9,15 @@
 
 #include "world/object_kinds.h"
 
+/* Particles as an asset, and how they are drawn. */
+typedef struct vd_brick_asset {
+    vd_bricks *bricks; /* owned */
+    vd_brick_view_def view;
+    vd_splat_def splat; /* its colormap is the one here */
+    vd_colormap colormap;
+    bool placed; /* every particle stands in the world, below some object */
+} vd_brick_asset;
+
 typedef struct vd_asset {
     vd_asset_kind kind;
     vd_model *model;                             /* owned */
@@ -18,6 +27,7 @@ typedef struct vd_asset {
     uint64_t triangles;
     vd_texture *texture;     /* of the picture, owned */
     vd_material solid, soft; /* what of it covers wholly, and in part */
+    vd_brick_asset *bricks;  /* owned */
 } vd_asset;
 
 typedef struct vd_entry {
@@ -50,6 +60,12 @@ struct vd_world {
 static inline size_t vd_world_asset_count(const vd_world *world) {
     return world->asset_list.count;
 }
+
+/* Adds an asset, which is copied. Returns VD_ERROR_LIMIT or VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_world_add_asset(vd_world *world, const vd_asset *asset, uint32_t *number);
+
+/* ---- world_bricks.c */
+void vd_brick_asset_destroy(vd_context *context, vd_brick_asset **asset);
 
 /* Forgets the tree. */
 void vd_world_disarrange(vd_world *world);

@@ -1,5 +1,5 @@
-/* world_over.c: what lies over a picture: names, their marks and leaders, and the caller's map
- * furniture.
+/* world_over.c: what lies over a picture: particles (world_clouds.c), names, their marks and
+ * leaders, and the caller's map furniture.
  *
  * A name is seen when its place is: when the picture is not nearer there, in any of the nine pixels
  * around it, by more than a hundredth of the distance (peaks stand on the ground that hides them
@@ -152,8 +152,8 @@ static vd_status place_names(vd_world_renderer *r, const vd_pass *pass, const vd
 vd_status vd_world_draw_over(vd_world_renderer *r, vd_job *job, const vd_pass *pass,
                              vd_frame *frame) {
     vd_overlay overlay = {.layer_count = 0};
-    vd_status status = vd_success();
-    if (r->def.overlay != NULL) {
+    vd_status status = vd_world_draw_clouds(r, job, pass, frame);
+    if (status.code == VD_OK && r->def.overlay != NULL) {
         status = r->def.overlay(r->def.overlay_user, pass->camera, frame->width, frame->height,
                                 &overlay);
     }

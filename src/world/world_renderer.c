@@ -18,10 +18,10 @@ static vd_status check_samples(int samples) {
                             samples);
 }
 
-static bool any_label(const vd_world *world) {
+static bool any_of(const vd_world *world, vd_object_kind kind) {
     bool any = false;
     for (size_t i = 0; i < world->entry_list.count && !any; i++) {
-        any = world->entries[i].object->kind == VD_OBJECT_LABEL;
+        any = world->entries[i].object->kind == (uint32_t)kind;
     }
     return any;
 }
@@ -42,7 +42,8 @@ vd_status vd_world_renderer_create(vd_context *context, vd_job *job, const vd_wo
     renderer->samples =
         renderer->def.samples != 0 ? renderer->def.samples : world->def.terrain.samples;
     renderer->light = world->def.terrain.light;
-    renderer->has_labels = !renderer->def.hide_labels && any_label(world);
+    renderer->has_labels = !renderer->def.hide_labels && any_of(world, VD_OBJECT_LABEL);
+    renderer->has_clouds = any_of(world, VD_OBJECT_PARTICLES);
     vd_terrain_def terrain = world->def.terrain;
     terrain.samples = renderer->samples;
     /* Without a terrain the first number is another's, and the last one nobody's. */
@@ -93,6 +94,7 @@ void vd_world_renderer_destroy(vd_world_renderer **renderer_pointer) {
     vd_horizon_map_destroy(&renderer->horizon_map);
     vd_horizon_destroy(&renderer->horizon);
     vd_label_layout_destroy(&renderer->over.layout);
+    vd_world_release_clouds(renderer);
     vd_buffer *const buffers[] = {&renderer->depth,      &renderer->over.requests,
                                   &renderer->over.spots, &renderer->over.which,
                                   &renderer->over.parts, &renderer->over.layers};
@@ -112,6 +114,7 @@ void vd_world_renderer_destroy(vd_world_renderer **renderer_pointer) {
     vd_release(renderer->context, renderer->costs);
     vd_release(renderer->context, renderer->draws.data);
     vd_release(renderer->context, renderer->labels.data);
+    vd_release(renderer->context, renderer->clouds.data);
     vd_release(renderer->context, renderer);
     *renderer_pointer = NULL;
 }
@@ -165,7 +168,7 @@ static vd_status aim_horizon(vd_world_renderer *renderer, vd_job *job, vd_pass *
 
 static vd_pass begin_pass(vd_world_renderer *renderer, const vd_camera *camera,
                           const vd_frame *frame, vd_world_stats *stats) {
-    renderer->draws.count = renderer->labels.count = 0;
+    renderer->draws.count = renderer->labels.count = renderer->clouds.count = 0;
     vd_pass pass = {.context = renderer->context,
                     .world = renderer->world,
                     .camera = camera,
@@ -173,6 +176,7 @@ static vd_pass begin_pass(vd_world_renderer *renderer, const vd_camera *camera,
                     .height = frame->height,
                     .draws = &renderer->draws,
                     .labels = &renderer->labels,
+                    .clouds = &renderer->clouds,
                     .stats = stats};
     aim(renderer, &pass);
     return pass;
@@ -204,6 +208,7 @@ static vd_status draw(vd_world_renderer *renderer, vd_job *job, vd_pass *pass, c
         status = vd_world_gather(renderer, pass, from, NULL);
     }
     pass->ground = pass->ground || whole;
+    pass->whole = whole;
     pass->stats->prepare_s = 1e-9 * (double)(vd_clock_ns() - start);
     return status.code == VD_OK ? draw_gathered(renderer, job, pass, frame) : status;
 }
@@ -254,20 +259,30 @@ static vd_status draw_all(vd_world_renderer *renderer, vd_job *job, const vd_cam
     return status;
 }
 
-vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
-                                 vd_frame *frame, vd_world_stats *stats) {
-    vd_world_stats own = {.objects = 0};
-    vd_status status = vd_camera_validate(camera);
-    const bool lend = renderer->has_labels && frame->depth == NULL;
-    if (status.code == VD_OK && lend) {
+/* Gives a frame a depth plane where things are drawn over it by depth and it has none. */
+static vd_status lend_depth(vd_world_renderer *renderer, bool needed, vd_frame *frame, bool *lent) {
+    vd_status status = vd_success();
+    *lent = needed && frame->depth == NULL;
+    if (*lent) {
         status = vd_buffer_reserve(renderer->context, &renderer->depth, "a picture's depth",
                                    frame->stride * (size_t)frame->height, sizeof(float));
         frame->depth = renderer->depth.memory;
     }
+    return status;
+}
+
+vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
+                                 vd_frame *frame, vd_world_stats *stats) {
+    vd_world_stats own = {.objects = 0};
+    vd_status status = vd_camera_validate(camera);
+    bool lent = false;
+    if (status.code == VD_OK) {
+        status = lend_depth(renderer, renderer->has_labels || renderer->has_clouds, frame, &lent);
+    }
     if (status.code == VD_OK) {
         status = draw_all(renderer, job, camera, frame, &own);
     }
-    if (lend) {
+    if (lent) {
         frame->depth = NULL;
     }
     if (stats != NULL) {
@@ -292,7 +307,17 @@ vd_status vd_world_renderer_draw_object(vd_world_renderer *renderer, vd_job *job
     vd_pass pass = begin_pass(renderer, camera, frame, &own);
     const vd_terrain_def kept = set_ground(renderer, NULL, false);
     const uint64_t start = vd_clock_ns();
-    status = draw(renderer, job, &pass, from, frame);
+    bool lent = false;
+    status = lend_depth(renderer, renderer->has_clouds, frame, &lent);
+    if (status.code == VD_OK) {
+        status = draw(renderer, job, &pass, from, frame);
+    }
+    if (status.code == VD_OK) {
+        status = vd_world_draw_clouds(renderer, job, &pass, frame);
+    }
+    if (lent) {
+        frame->depth = NULL;
+    }
     const float seconds = 1e-9f * (float)(vd_clock_ns() - start);
     float *cost = &renderer->costs[from - renderer->world->nodes];
     *cost = *cost > 0.0f ? 0.8f * *cost + 0.2f * seconds : seconds;

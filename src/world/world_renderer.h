@@ -18,9 +18,13 @@ struct vd_world_renderer {
     vd_terrain_renderer *ground;
     vd_raster *raster;
     vd_coverage *coverage;
-    float *costs;          /* [world->node_count], seconds; 0: never drawn alone */
-    vd_list draws, labels; /* of the last picture */
-    bool has_labels;
+    float *costs;                  /* [world->node_count], seconds; 0: never drawn alone */
+    vd_list draws, labels, clouds; /* of the last picture */
+    bool has_labels, has_clouds;
+    vd_splatter *splatter;   /* null until particles are drawn */
+    vd_brick_view **views;   /* [assets]; each null until its particles are drawn; null without */
+    vd_list roots;           /* uint32_t: of one asset in the last picture */
+    vd_list cloud_runs;      /* see world_clouds.c */
     vd_sun_map *sun_map;     /* null: things throw no shadows */
     uint8_t *sun_states;     /* [entries]: vd_hill_shade_kind + 1 of each; 0: not asked yet */
     vd_world_light lighting; /* of the last picture */
@@ -34,7 +38,7 @@ struct vd_world_renderer {
     vd_line_view lines;
     vd_horizon_map *horizon_map; /* null: the terrain hides nothing */
     vd_horizon *horizon;
-    vd_buffer depth; /* of a picture with names whose frame has none */
+    vd_buffer depth; /* of a picture with names or particles whose frame has none */
     struct {         /* see world_over.c */
         vd_label_layout *layout;
         vd_buffer requests, spots, which, parts, layers;
@@ -98,7 +102,15 @@ bool vd_world_cells(const vd_world_renderer *renderer, vd_cells *out);
 VD_MUST_USE vd_status vd_world_composite(vd_world_renderer *renderer, vd_job *job,
                                          const vd_pass *pass, vd_frame *frame);
 
-/* Draws what lies over the picture: names and the overlay. The frame must have depth. */
+/* Draws the particles that were gathered over the frame, which must have depth. Returns what
+ * vd_brick_view_update and vd_splatter_render do. */
+VD_MUST_USE vd_status vd_world_draw_clouds(vd_world_renderer *renderer, vd_job *job,
+                                           const vd_pass *pass, vd_frame *frame);
+
+/* Ends what drawing particles keeps. */
+void vd_world_release_clouds(vd_world_renderer *renderer);
+
+/* Draws what lies over the picture: particles, names and the overlay. The frame must have depth. */
 VD_MUST_USE vd_status vd_world_draw_over(vd_world_renderer *renderer, vd_job *job,
                                          const vd_pass *pass, vd_frame *frame);
 
