@@ -11,6 +11,8 @@ enum {
     GENERATE_OUTPUT,
     GENERATE_COUNT_OF,
     GENERATE_SEED,
+    GENERATE_CENTER,
+    GENERATE_SIZE,
     GENERATE_THREADS,
     GENERATE_HELP,
     GENERATE_COUNT
@@ -43,6 +45,22 @@ static const vd_option table[GENERATE_COUNT] = {
                        .fallback = "1",
                        .help =
                            "another number gives another snapshot; the same one the same bytes"},
+    [GENERATE_CENTER] = {.key = "center",
+                         .group = "Options",
+                         .type = VD_OPTION_TEXT,
+                         .argument = "X,Y,Z",
+                         .unit = "metres",
+                         .fallback = "0,0,0",
+                         .help = "the middle of the cube, such as a place of a terrain's world"},
+    [GENERATE_SIZE] = {.key = "size",
+                       .group = "Options",
+                       .type = VD_OPTION_DISTANCE,
+                       .argument = "D",
+                       .min = 1e-9,
+                       .max = 1e12,
+                       .unit = "metres",
+                       .fallback = "1",
+                       .help = "its side"},
     [GENERATE_THREADS] = {.key = "threads",
                           .group = "Options",
                           .type = VD_OPTION_INTEGER,
@@ -63,25 +81,49 @@ static void print_help(void) {
     fputs("usage: veduta generate particles [OPTIONS]\n"
           "       veduta generate forest HEIGHTS... [OPTIONS]   (it has a --help of its own)\n\n"
           "Makes a snapshot as galaxy simulations do: Plummer spheres on the knots of a web of\n"
-          "filaments, in a cube of side 1.\n",
+          "filaments, in a cube.\n",
           stdout);
     vd_options_print_help(table, GENERATE_COUNT, stdout);
     fputs("\nexamples\n  veduta generate particles -o snapshot.ply\n"
-          "  veduta generate particles --count 50000000 --seed 7 -o large.raw\n",
+          "  veduta generate particles --count 50000000 --seed 7 -o large.raw\n"
+          "  veduta generate particles -o cloud.vdp --center -430,12640,3500 --size 2km\n",
           stdout);
+}
+
+static vd_status read_place(const vd_options *options, vd_particles_place *out) {
+    double place[3];
+    const char *text = options->values[GENERATE_CENTER].text;
+    if (vd_read_numbers(text, place, 3) != 3) {
+        return vd_failure(
+            VD_ERROR_ARGUMENT,
+            "--center: %.60s is no place; give x, y and z in metres, such as --center "
+            "1200,-300,2000",
+            text);
+    }
+    *out = (vd_particles_place){vd_vec3_make(place[0], place[1], place[2]),
+                                options->values[GENERATE_SIZE].number};
+    return vd_success();
 }
 
 static vd_status generate(const vd_options *options, vd_context *context) {
     const vd_option_value *v = options->values;
     vd_particles *particles = NULL;
-    vd_status status = vd_particles_generate(context, NULL, (uint64_t)v[GENERATE_SEED].number,
-                                             (size_t)v[GENERATE_COUNT_OF].number, &particles);
+    vd_particles_place place;
+    vd_status status = read_place(options, &place);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    status = vd_particles_generate(context, NULL, (uint64_t)v[GENERATE_SEED].number,
+                                   (size_t)v[GENERATE_COUNT_OF].number, &particles);
     if (status.code == VD_OK) {
         const char *path = v[GENERATE_OUTPUT].text, *dot = strrchr(path, '.');
         vd_bricks_report report;
-        status = dot != NULL && strcmp(dot, ".vdp") == 0
-                     ? vd_particles_to_bricks(context, NULL, particles, path, &report)
-                     : vd_particles_save(particles, path);
+        if (dot != NULL && strcmp(dot, ".vdp") == 0) {
+            status = vd_particles_to_bricks(context, NULL, particles, &place, path, &report);
+        } else {
+            vd_particles_move(particles, &place);
+            status = vd_particles_save(particles, path);
+        }
     }
     vd_particles_destroy(&particles);
     return status;

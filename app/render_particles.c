@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "particle_camera.h"
+#include "particle_color.h"
 #include "particle_file.h"
 #include "particle_shade.h"
 #include "render_settings.h"
@@ -32,40 +33,6 @@ typedef struct particle_run {
 /* ---- what is drawn how --------------------------------------------------------------------------
  */
 
-static bool has_colors(const vd_bricks *b) {
-    const int red = vd_bricks_find(b, "red");
-    return red >= 0 && b->attributes[red].kind == VD_ATTRIBUTE_CHANNEL &&
-           vd_bricks_find(b, "green") >= 0 && vd_bricks_find(b, "blue") >= 0;
-}
-
-/* The index of a category of 0 … 255 that tells particles apart, else −1. */
-static int useful_class(const vd_bricks *b) {
-    const int at = vd_bricks_find(b, "class");
-    return at >= 0 && b->attributes[at].storage == VD_BRICK_U8 &&
-                   b->attributes[at].min < b->attributes[at].max
-               ? at
-               : -1;
-}
-
-static vd_status no_attribute(const vd_bricks *b, const char *option, const char *name) {
-    char list[200] = "";
-    const char *names[VD_MAX_ATTRIBUTES + 2] = {"height", "rgb"};
-    for (uint32_t a = 0; a < b->attribute_count; a++) {
-        names[2 + a] = b->attributes[a].name;
-        const size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", a > 0 ? ", " : "", b->attributes[a].name);
-    }
-    const char *nearest = vd_nearest_name(name, names, (int)b->attribute_count + 2);
-    if (nearest != NULL) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "--%s: there is no attribute \"%.60s\"; did you mean \"%.60s\"?", option,
-                          name, nearest);
-    }
-    return vd_failure(VD_ERROR_ARGUMENT,
-                      "--%s: there is no attribute \"%.60s\"; there is height%s%s", option, name,
-                      list[0] != '\0' ? ", " : "", list);
-}
-
 /* Colours by what was asked for, else by what there is. */
 static vd_status choose_color(particle_run *run) {
     const vd_bricks *b = run->bricks;
@@ -73,32 +40,20 @@ static vd_status choose_color(particle_run *run) {
     const char *name = run->settings.color_by;
     const bool scan = strncmp(run->format, "LAS", 3) == 0 ||
                       (vd_bricks_find(b, "class") >= 0 && vd_bricks_find(b, "mass") < 0);
-    const bool added_up = run->settings.mode == VD_SPLAT_DENSITY ||
-                          (run->settings.mode < 0 && name == NULL && !scan && !has_colors(b));
+    const bool added_up =
+        run->settings.mode == VD_SPLAT_DENSITY ||
+        (run->settings.mode < 0 && name == NULL && !scan && !vd_particle_has_colors(b));
     if (added_up) {
         d->mode = VD_SPLAT_DENSITY;
         run->color_name = "density";
         return vd_success();
     }
-    if (name == NULL) {
-        name = has_colors(b) ? "rgb" : useful_class(b) >= 0 ? "class" : "height";
+    const vd_status status =
+        vd_particle_color(b, name, run->settings.colormap_given, d, &run->color_name);
+    if (status.code != VD_OK) {
+        return vd_failure(status.code, "--color-by: %.400s", status.message);
     }
-    run->color_name = name;
-    const int at = vd_bricks_find(b, name);
-    if (strcmp(name, "rgb") == 0 && has_colors(b)) {
-        d->color = VD_BRICK_COLOR_RGB;
-    } else if (strcmp(name, "height") == 0 && at < 0) {
-        d->color = VD_BRICK_COLOR_HEIGHT;
-    } else if (at >= 0) {
-        const bool by_class = b->attributes[at].kind == VD_ATTRIBUTE_CATEGORY &&
-                              b->attributes[at].storage == VD_BRICK_U8;
-        d->color =
-            by_class && !run->settings.colormap_given ? VD_BRICK_COLOR_CLASS : VD_BRICK_COLOR_VALUE;
-        d->attribute = at;
-    } else {
-        return no_attribute(b, "color-by", name);
-    }
-    d->mode = scan || has_colors(b) ? VD_SPLAT_NEAREST : VD_SPLAT_ALPHA;
+    d->mode = scan || vd_particle_has_colors(b) ? VD_SPLAT_NEAREST : VD_SPLAT_ALPHA;
     return vd_success();
 }
 
@@ -106,7 +61,8 @@ static vd_status choose_weight(particle_run *run) {
     const char *name = run->settings.weight;
     run->view_def.weight = vd_bricks_find(run->bricks, name != NULL ? name : "mass");
     if (name != NULL && strcmp(name, "count") != 0 && run->view_def.weight < 0) {
-        return no_attribute(run->bricks, "weight", name);
+        const vd_status status = vd_particle_no_attribute(run->bricks, name);
+        return vd_failure(status.code, "--weight: %.400s", status.message);
     }
     if (run->view_def.mode != VD_SPLAT_DENSITY) {
         run->view_def.weight = -1;
@@ -158,13 +114,7 @@ static vd_status choose_look(particle_run *run) {
     } else if (!vd_colormap_find(density ? "magma" : "viridis", &run->colormap)) {
         return vd_failure(VD_ERROR_ARGUMENT, "there is no colour map");
     }
-    /* An absolute map is stretched like the others: its metres mean nothing here. */
-    vd_colormap *map = &run->colormap;
-    const double first = map->stops[0].value, last = map->stops[map->count - 1].value;
-    for (int i = 0; i < map->count && !map->relative && last > first; i++) {
-        map->stops[i].value = (map->stops[i].value - first) / (last - first);
-    }
-    map->relative = true;
+    vd_particle_stretch(&run->colormap);
     p->mode = d->mode;
     p->kernel = d->kernel;
     p->colormap = &run->colormap;

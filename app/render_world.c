@@ -126,12 +126,13 @@ static vd_status describe_objects(vd_render_run *run, const vd_world_scene *w,
     if (w->object_count == 0) {
         return vd_success();
     }
-    run->objects =
-        json_pack("{s: I, s: I, s: I, s: I, s: I, s: I, s: I, s: I}", "count",
-                  (json_int_t)stats->objects, "drawn", (json_int_t)stats->drawn, "outside",
-                  (json_int_t)stats->outside, "hidden", (json_int_t)stats->hidden, "too_small",
-                  (json_int_t)stats->too_small, "triangles", (json_int_t)stats->triangles, "labels",
-                  (json_int_t)stats->labels, "labels_shown", (json_int_t)stats->labels_shown);
+    run->objects = json_pack(
+        "{s: I, s: I, s: I, s: I, s: I, s: I, s: I, s: I, s: I, s: I}", "count",
+        (json_int_t)stats->objects, "drawn", (json_int_t)stats->drawn, "outside",
+        (json_int_t)stats->outside, "hidden", (json_int_t)stats->hidden, "too_small",
+        (json_int_t)stats->too_small, "triangles", (json_int_t)stats->triangles, "labels",
+        (json_int_t)stats->labels, "labels_shown", (json_int_t)stats->labels_shown, "particles",
+        (json_int_t)stats->particles, "particles_for", (json_int_t)stats->particles_for);
     return run->objects != NULL
                ? vd_success()
                : vd_failure(VD_ERROR_MEMORY, "out of memory while describing the objects");

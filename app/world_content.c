@@ -29,7 +29,7 @@ void vd_world_content_finish(vd_world_content *content) {
 
 bool vd_world_content_any(const vd_world_content *content) {
     return content->object_count + content->sprite_count + content->line_count +
-               content->label_count >
+               content->label_count + content->particles_count >
            0;
 }
 
@@ -241,6 +241,49 @@ static void read_label(vd_world_reader *r, void *to) {
     }
 }
 
+/* "colormap": the name of one that is built in, or a file. */
+static const char *read_colormap(vd_world_reader *r) {
+    vd_colormap map;
+    const char *text = vd_world_text(r, "colormap");
+    return text == NULL || vd_colormap_find(text, &map) ? text : vd_world_path(r, "colormap");
+}
+
+static void read_particles(vd_world_reader *r, void *to) {
+    static const char *const names[] = {
+        "file",         "color",   "color_by", "colormap", "range",          "log", "radius",
+        "radius_scale", "opacity", "kernel",   "detail",   "most_particles", NULL};
+    vd_world_particles *p = to;
+    int kernel = VD_SPLAT_DISC;
+    vd_world_check_keys(r, names);
+    p->path = vd_world_path(r, "file");
+    if (p->path == NULL) {
+        vd_world_fail(r, "file", "it is missing; name a brick file, such as \"cloud.vdp\"");
+    }
+    p->has_color = vd_world_value(r, "color") != NULL;
+    vd_world_color(r, "color", &p->color);
+    p->color_by = vd_world_text(r, "color_by");
+    p->colormap = read_colormap(r);
+    if (p->has_color && (p->color_by != NULL || p->colormap != NULL)) {
+        vd_world_fail(r, "color", "\"color\" and \"%s\" both say what colour they have; give one",
+                      p->color_by != NULL ? "color_by" : "colormap");
+    }
+    vd_world_bool(r, "log", &p->log);
+    if (vd_world_numbers(r, "range", 2, 2, p->range) == 2 &&
+        (!(p->range[0] < p->range[1]) || (p->log && !(p->range[0] > 0.0)))) {
+        vd_world_fail(r, "range", "%g to %g is no range; give two rising numbers%s", p->range[0],
+                      p->range[1], p->log ? " above 0" : "");
+    }
+    p->opacity = 1.0;
+    p->detail_px = 0.5;
+    (void)vd_world_number(r, "radius", 1e-9, 1e9, &p->radius_m);
+    (void)vd_world_number(r, "radius_scale", 1e-6, 1e6, &p->radius_scale);
+    (void)vd_world_number(r, "opacity", 1e-6, 1.0, &p->opacity);
+    (void)vd_world_number(r, "detail", 0.0, 1e6, &p->detail_px);
+    (void)vd_world_number(r, "most_particles", 1.0, 1e15, &p->most);
+    vd_world_word(r, "kernel", "box|disc|gaussian|sph", &kernel);
+    p->kernel = (vd_splat_kernel)kernel;
+}
+
 /* Reads a list of objects into an array; returns how many there are. */
 static size_t read_list(vd_world_reader *file, const char *key, size_t size, void **out,
                         void (*read)(vd_world_reader *, void *)) {
@@ -277,5 +320,8 @@ vd_status vd_world_content_read(vd_world_content *content, const json_t *root) {
     content->lines = list;
     content->label_count = read_list(&file, "labels", sizeof(vd_world_label), &list, read_label);
     content->labels = list;
+    content->particles_count =
+        read_list(&file, "particles", sizeof(vd_world_particles), &list, read_particles);
+    content->particles = list;
     return file.status;
 }

@@ -62,6 +62,22 @@ typedef struct vd_world_label {
     vd_rgba8 color;
 } vd_world_label;
 
+/* A brick file, and how its particles look. */
+typedef struct vd_world_particles {
+    char key[32];
+    const char *path;
+    bool has_color; /* all are of `color`; else by `color_by` */
+    vd_rgba8 color;
+    const char *color_by; /* null: by what there is */
+    const char *colormap; /* a name or a path; null: the usual */
+    double range[2];      /* equal: that of the file */
+    bool log;
+    double radius_m, radius_scale; /* 0: not given */
+    double opacity, detail_px;
+    vd_splat_kernel kernel;
+    double most; /* particles of an object; 0: the usual */
+} vd_world_particles;
+
 /* Of lines that do not say it. */
 extern const vd_rgba8 vd_world_line_color;
 extern const double vd_world_line_width_px;
@@ -74,10 +90,11 @@ typedef struct vd_world_content {
     char *name;   /* of the file, for sentences; null: there was none */
     json_t *root; /* the file's own lists, for saving; without paths made absolute */
     char *folder; /* what its relative paths start from; "" for none */
-    size_t object_count, sprite_count, line_count, label_count;
+    size_t object_count, sprite_count, line_count, label_count, particles_count;
     vd_world_item *objects, *sprites;
     vd_world_line *lines;
     vd_world_label *labels;
+    vd_world_particles *particles;
     vd_label_hidden peaks_hidden; /* of --label-peaks */
     const char *legend_title;     /* null: the usual */
     const char *camera;           /* the name of the one that is looked through; null: none */
@@ -92,9 +109,9 @@ void vd_world_content_finish(vd_world_content *content);
 /* True when there is anything to be seen in it. */
 bool vd_world_content_any(const vd_world_content *content);
 
-/* Reads the lists "objects", "sprites", "lines" and "labels" out of a world file's root. Returns
- * VD_ERROR_FORMAT with a sentence that names file and key, or VD_ERROR_MEMORY. What was read before
- * a failure stays, for vd_world_content_finish. */
+/* Reads the lists "objects", "sprites", "lines", "labels" and "particles" out of a world file's
+ * root. Returns VD_ERROR_FORMAT with a sentence that names file and key, or VD_ERROR_MEMORY. What
+ * was read before a failure stays, for vd_world_content_finish. */
 VD_MUST_USE vd_status vd_world_content_read(vd_world_content *content, const json_t *root);
 
 #endif

@@ -56,8 +56,9 @@ const vd_world_option vd_world_camera_options[] = {
 };
 
 /* What of a file's own keys is no option. */
-static const char *const root_names[] = {"veduta_world", "terrain", "picture", "cameras", "camera",
-                                         "objects",      "sprites", "lines",   "labels"};
+static const char *const root_names[] = {"veduta_world", "terrain",  "picture", "cameras",
+                                         "camera",       "objects",  "sprites", "lines",
+                                         "labels",       "particles"};
 
 enum { ROOT_NAMES = sizeof root_names / sizeof root_names[0], MOST_NAMES = 32 };
 
@@ -307,9 +308,10 @@ vd_status vd_world_file_load(vd_options *options, const char *path, vd_world_con
         status = vd_options_read_root(options, root, path, folder);
     }
     if (status.code == VD_OK && vd_world_content_any(&unused)) {
-        snprintf(options->note, sizeof options->note,
-                 "%.160s: `veduta %s` does not draw its objects, sprites, lines and labels", path,
-                 options->command);
+        snprintf(
+            options->note, sizeof options->note,
+            "%.160s: `veduta %s` does not draw its objects, sprites, lines, labels and particles",
+            path, options->command);
     }
     vd_world_content_finish(&unused);
     json_decref(root);

@@ -397,6 +397,9 @@ vd_status vd_world_place(vd_world_scene *scene, const vd_render_run *run) {
         status = place_items(&p, c->sprites, c->sprite_count, "picture", load_picture, make_sprite);
     }
     if (status.code == VD_OK) {
+        status = vd_place_particles(&p, c);
+    }
+    if (status.code == VD_OK) {
         status = vd_place_lines(&p, c);
     }
     if (status.code == VD_OK) {

@@ -45,6 +45,7 @@ void vd_place_feature_point(const vd_placer *placer, const double point[3], doub
 VD_MUST_USE vd_status vd_place_add(const vd_placer *placer, vd_object *object);
 
 VD_MUST_USE vd_status vd_place_lines(const vd_placer *placer, const vd_world_content *content);
+VD_MUST_USE vd_status vd_place_particles(const vd_placer *placer, const vd_world_content *content);
 VD_MUST_USE vd_status vd_place_labels(const vd_placer *placer, const vd_world_content *content);
 
 #endif

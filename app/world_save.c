@@ -75,6 +75,11 @@ static json_t *moved_list(const vd_world_content *content, const char *key, cons
         for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++) {
             move_path(item, paths[i], content->folder, file, failed);
         }
+        vd_colormap map;
+        const char *colors = json_string_value(json_object_get(item, "colormap"));
+        if (colors != NULL && !vd_colormap_find(colors, &map)) {
+            move_path(item, "colormap", content->folder, file, failed);
+        }
     }
     *failed |= made == NULL;
     return made;
@@ -162,6 +167,7 @@ vd_status vd_world_file_save(const vd_options *options, const vd_world_content *
     json_t *lines = moved_list(content, "lines", path, &failed);
     add_file(lines, options, OPTION_LINES, path, &failed);
     add_list(root, "lines", lines, &failed);
+    add_list(root, "particles", moved_list(content, "particles", path, &failed), &failed);
     add_list(root, "labels", labels(options, content, path, &failed), &failed);
     const vd_status status = vd_json_save(failed ? NULL : root, path);
     json_decref(root);

@@ -167,6 +167,8 @@ static void test_bad(void **state) {
     FAILS(2, "--weight", "render", "p.csv", "--weight", "volume");
     FAILS(1, "sees no particles", "render", "p.csv", "--eye", "100,0,0", "--target", "200,0,0");
     FAILS(2, "say what to generate", "generate", "mountains", "-o", "x.vdp");
+    FAILS(2, "--center", "generate", "particles", "-n", "10", "--center", "1,2", "-o", "x.vdp");
+    FAILS(2, "--size", "generate", "particles", "-n", "10", "--size", "0", "-o", "x.vdp");
     SUCCEEDS("import", "particles", "p.csv", "-o", "p.vdp");
     struct stat info;
     assert_int_equal(stat("p.vdp", &info), 0);

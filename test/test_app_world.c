@@ -189,6 +189,88 @@ static void test_save(void **state) {
     }
 }
 
+#define MIDDLE "24000,-17000,4500"
+
+/* Particles over the ground: seen, beside the ground's own picture; saved with the world. */
+static void test_particles(void **state) {
+    (void)state;
+    char bare[17], plain[17], hash[17];
+    assert_int_equal(
+        run("", "generate particles -n 20000 --center " MIDDLE " --size 8km -o cloud.vdp"), 0);
+    write_file("w.json", world(""));
+    renders("", "w.json", bare);
+    write_file("w.json", world("\"particles\": [{\"file\": \"cloud.vdp\"}]"));
+    renders("", "w.json", plain);
+    assert_string_not_equal(bare, plain);
+    assert_int_equal(number_of("count"), 2);
+    assert_int_equal(number_of("particles_for"), 20000);
+    assert_true(number_of("particles") > 1000);
+    renders_as("VEDUTA_CPU=v2", "w.json --threads 3", plain);
+    write_file("w.json", world("\"particles\": [{\"file\": \"cloud.vdp\", \"most_particles\": "
+                               "1000, \"color\": \"FF8000\", \"opacity\": 0.5, \"radius\": 30, "
+                               "\"kernel\": \"gaussian\", \"detail\": 0}]"));
+    renders("", "w.json", hash);
+    assert_string_not_equal(hash, plain);
+    assert_true(number_of("count") > 5);
+    assert_int_equal(number_of("particles"), 20000);
+    renders("", "w.json --save-world sub/p.json", hash);
+    renders_as("", "sub/p.json", hash);
+    assert_int_equal(system(VEDUTA_SOURCE_DIR "/script/check-worlds sub/p.json >schema.txt"), 0);
+    /* Numbers by a map, of its own or of a file. */
+    write_file("map.txt", "0 255 0 0\n100 0 0 255\n");
+    write_file("w.json", world("\"particles\": [{\"file\": \"cloud.vdp\", \"color_by\": "
+                               "\"speed\", \"colormap\": \"map.txt\", \"range\": [0.01, 2], "
+                               "\"log\": true, \"radius_scale\": 0.5}]"));
+    renders("", "w.json --save-world sub/p.json", hash);
+    renders_as("", "sub/p.json", hash);
+    write_file("w.json", world("\"particles\": [{\"file\": \"cloud.vdp\", \"color_by\": "
+                               "\"speed\", \"colormap\": \"magma\"}]"));
+    renders("", "w.json --save-world sub/p.json", hash);
+    renders_as("", "sub/p.json", hash);
+    /* Without terrain they are framed. */
+    write_file("w.json", "{\"veduta_world\": 1, \"particles\": [{\"file\": \"cloud.vdp\"}]}");
+    renders("", "w.json -s 160x90", hash);
+    assert_int_equal(number_of("drawn"), 1);
+    /* A key that is not known is warned of. */
+    write_file("w.json", world("\"particles\": [{\"file\": \"cloud.vdp\", \"colour\": 3}]"));
+    renders_as("", "w.json", plain);
+    assert_non_null(strstr(out, "there is no key \\\"colour\\\" (did you mean \\\"color\\\"?)"));
+}
+
+static void test_bad_particles(void **state) {
+    (void)state;
+    static const struct {
+        const char *part, *other, *more;
+    } bad[] = {
+        {"w.json: particles: ", "not a list", "\"particles\": {}"},
+        {"particles[0].file", "missing", "\"particles\": [{}]"},
+        {"particles[0].file", "gone.vdp", "\"particles\": [{\"file\": \"gone.vdp\"}]"},
+        {"particles[0].file", "import particles", "\"particles\": [{\"file\": \"w.json\"}]"},
+#define CLOUD "\"particles\": [{\"file\": \"cloud.vdp\", "
+        {"particles[0].color_by", "did you mean \"speed\"", CLOUD "\"color_by\": \"sped\"}]"},
+        {"particles[0].color_by", "no attribute \"rgb\"", CLOUD "\"color_by\": \"rgb\"}]"},
+        {"particles[0].color", "RRGGBB", CLOUD "\"color\": \"red\"}]"},
+        {"particles[0].color", "both", CLOUD "\"color\": \"FF0000\", \"color_by\": \"class\"}]"},
+        {"particles[0].color", "both", CLOUD "\"color\": \"FF0000\", \"colormap\": \"magma\"}]"},
+        {"particles[0].colormap", "gone.cpt", CLOUD "\"colormap\": \"gone.cpt\"}]"},
+        {"particles[0].range", "rising", CLOUD "\"range\": [2, 1]}]"},
+        {"particles[0].range", "above 0", CLOUD "\"range\": [0, 1], \"log\": true}]"},
+        {"particles[0].range", "list of 2 numbers", CLOUD "\"range\": \"auto\"}]"},
+        {"particles[0].log", "true nor false", CLOUD "\"log\": 1}]"},
+        {"particles[0].radius", "number", CLOUD "\"radius\": -1}]"},
+        {"particles[0].radius_scale", "number", CLOUD "\"radius_scale\": 0}]"},
+        {"particles[0].opacity", "number", CLOUD "\"opacity\": 2}]"},
+        {"particles[0].detail", "number", CLOUD "\"detail\": -1}]"},
+        {"particles[0].most_particles", "number", CLOUD "\"most_particles\": 0}]"},
+        {"particles[0].kernel", "none of", CLOUD "\"kernel\": \"star\"}]"},
+#undef CLOUD
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        write_file("w.json", world(bad[i].more));
+        fails(1, bad[i].part, bad[i].other, "render w.json -o x.png");
+    }
+}
+
 /* Many instances of one mesh: one asset, and the same picture as objects one by one. */
 static void test_instances(void **state) {
     (void)state;
@@ -459,6 +541,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_examples),      cmocka_unit_test(test_example_with_text),
         cmocka_unit_test(test_terrain_alone), cmocka_unit_test(test_save),
+        cmocka_unit_test(test_particles),     cmocka_unit_test(test_bad_particles),
         cmocka_unit_test(test_instances),     cmocka_unit_test(test_places),
         cmocka_unit_test(test_unknown_keys),  cmocka_unit_test(test_bad_worlds),
         cmocka_unit_test(test_bad_files),     cmocka_unit_test(test_bad_vectors),
