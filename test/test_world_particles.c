@@ -132,7 +132,7 @@ static vd_camera camera_from(double x, double y, double z, vd_vec3 at) {
     return camera;
 }
 
-static const vd_vec3 cloud_middle = {0, 0, 60};
+static const vd_vec3 cloud_middle = {0, 0, 60}, cloud_size = {90, 80, 60};
 
 /* ---- objects ----------------------------------------------------------------------------------*/
 
@@ -179,7 +179,7 @@ static void bad_input_is_refused(void **state) {
     vd_context *context = test_context(1, VD_ISA_AUTO);
     vd_world *world = NULL;
     assert_ok(vd_world_create(context, NULL, &world));
-    vd_bricks *bricks = open_cloud(context, "few.vdp", 500, cloud_middle, cloud_middle, 64);
+    vd_bricks *bricks = open_cloud(context, "few.vdp", 500, cloud_middle, cloud_size, 64);
     uint32_t number = 0;
     const struct {
         vd_particle_look look;
@@ -476,6 +476,43 @@ static void files_are_drawn_farthest_first(void **state) {
     vd_context_destroy(&context);
 }
 
+/* Bricks are looked at when they are first drawn; then a sentence, and the world still draws what
+ * does not need them. */
+static void a_damaged_brick_is_said(void **state) {
+    (void)state;
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    vd_bricks *bricks = open_cloud(context, "damaged.vdp", 3000, cloud_middle, cloud_size, 64);
+    vd_bricks_close(&bricks);
+    FILE *file = fopen("damaged.vdp", "r+b");
+    assert_non_null(file);
+    for (long at = 256; at < 20000; at += 64) {
+        assert_int_equal(fseek(file, at, SEEK_SET), 0);
+        (void)fputc(0x5A, file);
+    }
+    assert_int_equal(fclose(file), 0);
+    assert_ok(vd_bricks_open(context, "damaged.vdp", &bricks));
+    vd_world *world = NULL;
+    vd_world_renderer *renderer = NULL;
+    vd_frame *frame = NULL;
+    vd_particle_look look = cloud_look();
+    look.detail_px = -1.0;
+    assert_ok(vd_world_create(context, NULL, &world));
+    assert_true(add_cloud(world, bricks, &look, 500) > 1);
+    assert_ok(vd_world_arrange(world, NULL));
+    assert_ok(vd_frame_create(context, WIDTH, HEIGHT, 0, &frame));
+    assert_ok(vd_world_renderer_create(context, NULL, world, NULL, &renderer));
+    const vd_camera camera = camera_from(0, -200, 60, cloud_middle);
+    const vd_camera away = camera_from(0, -200, 60, vd_vec3_make(0, -900, 60));
+    assert_refused(vd_world_renderer_draw(renderer, NULL, &camera, frame, NULL), VD_ERROR_FORMAT,
+                   "damaged.vdp");
+    assert_null(frame->depth);
+    assert_ok(vd_world_renderer_draw(renderer, NULL, &away, frame, NULL));
+    vd_frame_destroy(&frame);
+    vd_world_renderer_destroy(&renderer);
+    vd_world_destroy(&world);
+    vd_context_destroy(&context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_file_becomes_objects),
@@ -487,6 +524,7 @@ int main(void) {
         cmocka_unit_test(a_group_alone_is_premultiplied),
         cmocka_unit_test(far_groups_are_drawn_coarsely),
         cmocka_unit_test(a_far_world_is_drawn_coarsely),
+        cmocka_unit_test(a_damaged_brick_is_said),
         cmocka_unit_test(files_are_drawn_farthest_first),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

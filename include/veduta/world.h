@@ -69,7 +69,8 @@ typedef struct vd_particle_look {
 VD_API vd_particle_look vd_particle_look_default(void);
 
 /* Adds a brick file as an asset; `look` may be null. The open file is taken over on success
- * (*bricks becomes null): it is closed with the world. Its coordinates are the world's. Returns
+ * (*bricks becomes null): it is closed with the world. Its coordinates are the world's. Choosing
+ * what to draw of it runs on the context that it was opened with: best the renderer's. Returns
  * VD_ERROR_ARGUMENT (names the look's field), VD_ERROR_LIMIT or VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_world_add_bricks(vd_world *world, vd_bricks **bricks,
                                                  const vd_particle_look *look, uint32_t *number);
@@ -157,9 +158,10 @@ VD_API void vd_world_renderer_destroy(vd_world_renderer **renderer);
 
 /* Draws a picture of everything into the frame (all planes it has). Where particles lie over
  * something, depth and id are those of what is under them. Several brick files in one picture are
- * drawn one after the other, the farthest first. A second picture like the first
- * allocates nothing. `job` and `stats` may be null. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT,
- * VD_ERROR_MEMORY or VD_ERROR_CANCELLED (the frame then holds part of a picture). */
+ * drawn one after the other, the farthest first. A second picture like the first allocates
+ * nothing. `job` and `stats` may be null. Returns VD_ERROR_ARGUMENT, VD_ERROR_LIMIT,
+ * VD_ERROR_FORMAT (a damaged brick), VD_ERROR_MEMORY or VD_ERROR_CANCELLED; after the last three
+ * the frame holds part of a picture. */
 VD_API VD_MUST_USE vd_status vd_world_renderer_draw(vd_world_renderer *renderer, vd_job *job,
                                                     const vd_camera *camera, vd_frame *frame,
                                                     vd_world_stats *stats);
