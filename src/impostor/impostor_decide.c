@@ -85,13 +85,14 @@ static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max,
  * that is drawn itself is left. PICTURE: any of it may be; CHILDREN: parts of it may. */
 static wanted want_near(const deciding *d, const vd_node *node) {
     const vd_impostors *set = d->set;
-    if (set->ground.count == 0) {
+    if (set->ground.count == 0 || !node->grounded) {
         return PICTURE;
     }
     const vd_cells at = vd_world_node_cells(set->ground.sample_from_world, &set->ground.map, node);
-    const bool overlaps = set->any_near && vd_cells_overlap(&at, &set->near);
-    return overlaps ? (vd_cells_hold(&set->near, &at) ? PICTURE : CHILDREN)
-                    : (node->names ? CHILDREN : NOTHING);
+    if (!set->any_near || !vd_cells_overlap(&at, &set->near)) {
+        return node->loose ? CHILDREN : NOTHING;
+    }
+    return vd_cells_hold(&set->near, &at) ? PICTURE : CHILDREN;
 }
 
 static wanted want(const deciding *d, uint32_t index, bool was_split) {
@@ -163,10 +164,21 @@ static void show(deciding *d, uint32_t index, vd_list *list) {
     }
     const double error = vd_impostor_error(d->set, d->view, slot);
     slot->used = d->set->update;
+    if (!vd_impostor_is_patch(d->set, index)) {
+        d->set->any_loose = d->set->any_loose || d->set->world->nodes[index].loose;
+    }
     if (slot->now.rgba != NULL && error > d->set->stats.error_px) {
         d->set->stats.error_px = error;
     }
     add_index(d, list, d->set->slot_of[index] - 1);
+}
+
+static void add_direct(deciding *d, uint32_t index) {
+    vd_impostors *set = d->set;
+    const vd_node *node = &set->world->nodes[index];
+    const bool line = set->world->entries[node->entry].object->kind == VD_OBJECT_LINE;
+    set->any_loose = set->any_loose || node->loose;
+    add_index(d, line && set->ground.count > 0 ? &set->lines : &set->direct, index);
 }
 
 /* ---- the tree ---------------------------------------------------------------------------------*/
@@ -219,7 +231,7 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
     }
     if (as == ITSELF) {
         if (emit) {
-            add_index(d, &set->direct, index);
+            add_direct(d, index);
         }
         return true;
     }
@@ -242,7 +254,7 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
                 (void)walk_children(d, index, true);
                 d->wishing = wishing;
             } else {
-                add_index(d, &set->direct, index);
+                add_direct(d, index);
             }
         }
         return false;
@@ -281,8 +293,7 @@ static bool walk_patch(deciding *d, uint32_t patch, bool emit);
 
 static bool walk_quarters(deciding *d, uint32_t patch, bool emit) {
     uint32_t children[4];
-    const int count =
-        vd_ground_children(&d->set->ground, patch, d->view->u, d->view->v, children);
+    const int count = vd_ground_children(&d->set->ground, patch, d->view->u, d->view->v, children);
     bool all = true;
     for (int i = 0; i < count && d->status.code == VD_OK; i++) {
         all = walk_patch(d, children[i], emit) && all;
@@ -370,7 +381,8 @@ static double area_of(const vd_cells *cells) {
 }
 
 /* Near ground is one rectangle, that grows until it hides and is not hidden by patches. What it was
- * stays while it is not much larger than it has to be. Patches that it cuts are shown by quarters. */
+ * stays while it is not much larger than it has to be. Patches that it cuts are shown by quarters.
+ */
 static vd_status decide_ground(deciding *d) {
     enum { MOST_WALKS = 16 };
     vd_impostors *set = d->set;
@@ -398,9 +410,11 @@ static vd_status decide_ground(deciding *d) {
 
 vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
     deciding d = {.set = set, .view = view, .wishing = true, .status = vd_success()};
-    set->far.count = set->shown.count = set->direct.count = set->wishes.count = 0;
+    set->far.count = set->shown.count = set->direct.count = set->lines.count = 0;
+    set->wishes.count = 0;
     set->stats.decided = set->missing = 0;
     set->stats.error_px = 0.0;
+    set->any_loose = false;
     if (set->ground.count > 0) {
         (void)decide_ground(&d);
     }

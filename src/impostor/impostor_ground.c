@@ -8,14 +8,6 @@
 /* The most leaves: with the levels above they take 42 MiB. */
 #define MOST_LEAVES (1 << 19)
 
-static bool any_line(const vd_world *world) {
-    bool any = false;
-    for (size_t i = 0; i < world->entry_list.count && !any; i++) {
-        any = world->entries[i].object->kind == VD_OBJECT_LINE;
-    }
-    return any;
-}
-
 static void lay_out(vd_impostor_ground *g) {
     const int columns = g->map.c1 - g->map.c0 + 1, rows = g->map.r1 - g->map.r0 + 1;
     g->side = 1;
@@ -57,7 +49,8 @@ static void place_of(const vd_impostor_ground *g, double c, double r, double *x,
 static void extend(vd_patch *p, const double low[3], const double high[3]) {
     for (int i = 0; i < 3; i++) {
         /* Rounded outwards. */
-        const float l = nextafterf((float)low[i], -INFINITY), h = nextafterf((float)high[i], INFINITY);
+        const float l = nextafterf((float)low[i], -INFINITY),
+                    h = nextafterf((float)high[i], INFINITY);
         p->min[i] = l < p->min[i] ? l : p->min[i];
         p->max[i] = h > p->max[i] ? h : p->max[i];
     }
@@ -110,20 +103,17 @@ static void add_ground(const vd_impostor_ground *g, const vd_world_renderer *ren
 }
 
 static void add_objects(const vd_impostor_ground *g, const vd_world *world) {
-    for (size_t i = 0; i < world->entry_list.count; i++) {
-        const vd_object *object = world->entries[i].object;
-        if (object->kind == VD_OBJECT_TERRAIN || object->kind == VD_OBJECT_LABEL) {
+    for (size_t i = 0; i < world->node_count; i++) {
+        const vd_node *node = &world->nodes[i];
+        if (i == 0 || node->count > 0 || !node->grounded ||
+            world->entries[node->entry].object->kind == VD_OBJECT_TERRAIN) {
             continue;
         }
-        vd_vec3 min, max;
-        int c, r;
-        vd_object_bounds(object, &min, &max);
-        vd_world_cell(g->sample_from_world, &g->map, 0.5 * (min.x + max.x), 0.5 * (min.y + max.y),
-                      &c, &r);
-        min = vd_vec3_subtract(min, g->anchor);
-        max = vd_vec3_subtract(max, g->anchor);
-        extend(&g->patches[vd_ground_number(g, 0, (c - g->map.c0) / g->side,
-                                            (r - g->map.r0) / g->side)],
+        const vd_cells at = vd_world_node_cells(g->sample_from_world, &g->map, node);
+        const vd_vec3 min = vd_vec3_subtract(node->min, g->anchor);
+        const vd_vec3 max = vd_vec3_subtract(node->max, g->anchor);
+        extend(&g->patches[vd_ground_number(g, 0, (at.c0 - g->map.c0) / g->side,
+                                            (at.r0 - g->map.r0) / g->side)],
                (const double[3]){min.x, min.y, min.z}, (const double[3]){max.x, max.y, max.z});
     }
 }
@@ -197,13 +187,13 @@ static void find_plane(const vd_impostor_ground *g, const vd_world *world, uint3
         at[i].z = vd_world_ground(world, at[i].x, at[i].y);
         at[i].z = at[i].z > -INFINITY ? at[i].z : g->anchor.z + (double)p->min[2];
     }
-    vd_vec3 normal = vd_vec3_normalize(vd_vec3_cross(vd_vec3_subtract(at[3], at[0]),
-                                                     vd_vec3_subtract(at[1], at[2])));
+    vd_vec3 normal = vd_vec3_normalize(
+        vd_vec3_cross(vd_vec3_subtract(at[3], at[0]), vd_vec3_subtract(at[1], at[2])));
     normal = normal.z < 0.0 ? vd_vec3_scale(normal, -1.0) : normal;
-    const vd_vec3 middle = vd_vec3_add(
-        g->anchor, vd_vec3_make(0.5 * ((double)p->min[0] + (double)p->max[0]),
-                                0.5 * ((double)p->min[1] + (double)p->max[1]),
-                                0.5 * ((double)p->min[2] + (double)p->max[2])));
+    const vd_vec3 middle =
+        vd_vec3_add(g->anchor, vd_vec3_make(0.5 * ((double)p->min[0] + (double)p->max[0]),
+                                            0.5 * ((double)p->min[1] + (double)p->max[1]),
+                                            0.5 * ((double)p->min[2] + (double)p->max[2])));
     double low = INFINITY, high = -INFINITY;
     const int count = vd_ground_key_points(g, patch, 0.0, points);
     for (int i = 0; i < count; i++) {
@@ -240,7 +230,7 @@ vd_status vd_impostor_ground_init(vd_context *context, const vd_world_renderer *
     vd_impostor_ground g;
     memset(&g, 0, sizeof g);
     memset(out, 0, sizeof *out);
-    if (!vd_world_cells(renderer, &g.map) || any_line(world) ||
+    if (!vd_world_cells(renderer, &g.map) ||
         !vd_heightfield_invert(world->def.terrain.heightfield->world_from_sample,
                                g.sample_from_world)) {
         return vd_success();

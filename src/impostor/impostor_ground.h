@@ -9,7 +9,8 @@
  * A patch is the ground of a window together with all that stands on it: what hides what among them
  * is settled when its picture is drawn. Patches that do not overlap hide each other only in one
  * direction, which their windows tell; so pictures of patches are shown back to front without depth
- * (Lawlor 2004, §3.2). An object stands on the cell under its middle.
+ * (Lawlor 2004, §3.2). An object stands on the cell under its middle. Labels, lines and particles
+ * stand on none: they are large, or above all, and are told from the ground by its depth.
  */
 #ifndef VEDUTA_IMPOSTOR_IMPOSTOR_GROUND_H
 #define VEDUTA_IMPOSTOR_IMPOSTOR_GROUND_H
@@ -20,9 +21,10 @@
 #define VD_GROUND_POINTS 32 /* key points of a patch, at most */
 
 typedef struct vd_patch {
-    float min[3], max[3]; /* ground and what stands on it, from the tree's anchor; min > max: nothing */
-    float normal[3];      /* of the plane through the ground's corners */
-    float middle, half;   /* everything lies within middle ± half along it, from the box's middle */
+    float min[3],
+        max[3];      /* ground and what stands on it, from the tree's anchor; min > max: nothing */
+    float normal[3]; /* of the plane through the ground's corners */
+    float middle, half; /* everything lies within middle ± half along it, from the box's middle */
     uint16_t level, column, row;
 } vd_patch;
 
@@ -37,8 +39,8 @@ typedef struct vd_impostor_ground {
     uint32_t count;
 } vd_impostor_ground;
 
-/* Makes the tree of a renderer's terrain; without one that has cells, and for worlds with lines,
- * which cross patches, it is empty. Cost: O(leaves + objects). Returns VD_ERROR_MEMORY. */
+/* Makes the tree of a renderer's terrain; without one that has cells it is empty. Cost: O(leaves +
+ * objects). Returns VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_impostor_ground_init(vd_context *context,
                                               const vd_world_renderer *renderer,
                                               vd_impostor_ground *out);
@@ -74,8 +76,8 @@ static inline void vd_ground_at(const vd_impostor_ground *g, double x, double y,
     *v = m[3] + x * m[4] + y * m[5];
 }
 
-/* Whether what stands on `a` can hide, from an eye over (u, v), what stands on `b`: it does not when
- * a line of the grid parts them and the eye is on b's side. Neither may overlap the other. */
+/* Whether what stands on `a` can hide, from an eye over (u, v), what stands on `b`: it does not
+ * when a line of the grid parts them and the eye is on b's side. Neither may overlap the other. */
 bool vd_ground_may_hide(const vd_cells *a, const vd_cells *b, double u, double v);
 
 static inline vd_terrain_window vd_cells_window(const vd_cells *cells) {

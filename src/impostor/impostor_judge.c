@@ -30,10 +30,10 @@ void vd_impostor_bounds(const vd_impostors *set, const vd_impostor_view *view, u
     if (vd_impostor_is_patch(set, node)) {
         const vd_patch *p = &set->ground.patches[vd_impostor_patch(set, node)];
         const vd_vec3 at = set->ground.anchor;
-        *min = vd_vec3_add(
-            at, vd_vec3_make((double)p->min[0], (double)p->min[1], (double)p->min[2]));
-        *max = vd_vec3_add(
-            at, vd_vec3_make((double)p->max[0], (double)p->max[1], (double)p->max[2]));
+        *min =
+            vd_vec3_add(at, vd_vec3_make((double)p->min[0], (double)p->min[1], (double)p->min[2]));
+        *max =
+            vd_vec3_add(at, vd_vec3_make((double)p->max[0], (double)p->max[1], (double)p->max[2]));
         drop = patch_drop(set, view, p);
     } else {
         const vd_node *n = &set->world->nodes[node];
@@ -69,8 +69,7 @@ double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *v
     *normal = vd_vec3_make(0, 0, 0);
     const vd_vec3 back = vd_vec3_normalize(vd_vec3_subtract(view->eye, *through));
     const vd_vec3 half = vd_vec3_scale(vd_vec3_subtract(max, min), 0.5);
-    const double facing =
-        fabs(back.x) * half.x + fabs(back.y) * half.y + fabs(back.z) * half.z;
+    const double facing = fabs(back.x) * half.x + fabs(back.y) * half.y + fabs(back.z) * half.z;
     if (!vd_impostor_is_patch(set, node)) {
         return facing;
     }

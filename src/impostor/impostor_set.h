@@ -1,8 +1,9 @@
 /* impostor_set.h: the insides of a vd_impostors.
  *
  * A node is one of the world's tree, or behind those a patch of the ground (impostor_ground.h). A
- * slot holds what is known of a node: its picture, if it has one, and how it was shown last, so that
- * nothing flips. Slots are made when a node is first asked about and stay; pictures come and go.
+ * slot holds what is known of a node: its picture, if it has one, and how it was shown last, so
+ * that nothing flips. Slots are made when a node is first asked about and stay; pictures come and
+ * go.
  */
 #ifndef VEDUTA_IMPOSTOR_IMPOSTOR_SET_H
 #define VEDUTA_IMPOSTOR_IMPOSTOR_SET_H
@@ -64,13 +65,16 @@ struct vd_impostors {
     vd_list far;       /* uint32_t slots of patches, back to front */
     vd_list shown;     /* the same of objects, nearer than those */
     vd_list direct;    /* uint32_t nodes */
+    vd_list lines;     /* the same, of lines over ground that patches may show */
     bool any_near;     /* ground that is drawn itself: */
     vd_cells near;     /* these cells, of all of the picture's ground the nearest */
     size_t missing;    /* of those that have no picture, though one would be good */
+    bool any_loose;    /* some of it does not stand on patches: it is told from them by depth */
     vd_list quads;     /* vd_quad, of the last picture */
     vd_display *display;
-    vd_frame *front;  /* what is drawn itself, over patches */
+    vd_frame *front; /* what is drawn itself, over patches */
     size_t front_pixels;
+    vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
     vd_buffer depth;  /* of a frame that has none */
     vd_list wishes;   /* vd_impostor_wish */
     vd_frame *canvas; /* where pictures are drawn, of the largest size so far */

@@ -142,11 +142,14 @@ static vd_status show_quads(vd_impostors *set, vd_job *job, const vd_camera *cam
 
 /* ---- what is drawn itself ---------------------------------------------------------------------*/
 
+/* Patches have no depth and lie behind what is drawn itself; lines are hidden by all ground. */
+typedef enum merging_depth { DEPTH_NONE = 0, DEPTH_KEPT, DEPTH_TESTED } merging_depth;
+
 typedef struct merging {
     const vd_frame *from;
     vd_frame *to;
     int x, y; /* where in it */
-    bool depth;
+    merging_depth depth;
 } merging;
 
 #define MERGED_ROWS 16
@@ -162,19 +165,31 @@ static void blend_over(const uint8_t *restrict from, uint8_t *restrict to, int p
     }
 }
 
+/* The coarse depth of ground is good for this factor. */
+#define NEARER 1.02f
+
 /* Blends a frame over a part of another. */
 static void merge_rows(void *user, int index, int worker) {
     const merging *m = user;
-    const int end = (index + 1) * MERGED_ROWS;
+    const int end = (index + 1) * MERGED_ROWS, width = m->from->width;
     (void)worker;
     for (int y = index * MERGED_ROWS; y < end && y < m->from->height; y++) {
-        const size_t from = (size_t)y * m->from->stride;
-        const size_t to = (size_t)(m->y + y) * m->to->stride + (size_t)m->x;
-        if (m->depth) {
-            memcpy(m->to->depth + to, m->from->depth + from,
-                   (size_t)m->from->width * sizeof(float));
+        const uint8_t *from = m->from->rgba + 4 * (size_t)y * m->from->stride;
+        const float *near = m->from->depth + (size_t)y * m->from->stride;
+        const size_t at = (size_t)(m->y + y) * m->to->stride + (size_t)m->x;
+        uint8_t *to = m->to->rgba + 4 * at;
+        float *depth = m->to->depth + at;
+        for (int x = 0; m->depth == DEPTH_TESTED && x < width; x++) {
+            if (near[x] * NEARER >= depth[x]) {
+                blend_over(from + 4 * x, to + 4 * x, 1);
+            }
         }
-        blend_over(m->from->rgba + 4 * from, m->to->rgba + 4 * to, m->from->width);
+        for (int x = 0; m->depth == DEPTH_KEPT && x < width; x++) {
+            depth[x] = depth[x] < near[x] ? near[x] : depth[x];
+        }
+        if (m->depth != DEPTH_TESTED) {
+            blend_over(from, to, width);
+        }
     }
 }
 
@@ -201,9 +216,10 @@ typedef struct rectangle {
     int x0, y0, x1, y1;
 } rectangle;
 
-/* Where some points are on screen, with a margin for edges; everything when one is behind the eye. */
-static rectangle rectangle_of(const vd_camera *camera, const vd_frame *frame,
-                              const vd_vec3 *points, int count) {
+/* Where some points are on screen, with a margin for edges; everything when one is behind the eye.
+ */
+static rectangle rectangle_of(const vd_camera *camera, const vd_frame *frame, const vd_vec3 *points,
+                              int count) {
     const rectangle all = {0, 0, frame->width, frame->height};
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     for (int i = 0; i < count; i++) {
@@ -221,8 +237,9 @@ static rectangle rectangle_of(const vd_camera *camera, const vd_frame *frame,
 
 /* Draws a part of the world over a rectangle of the frame; its depth too, if asked. */
 static vd_status draw_over(vd_impostors *set, vd_job *job, const vd_camera *camera,
-                           const vd_world_part *part, rectangle in, bool depth, vd_frame *frame,
-                           vd_pass *pass, vd_world_stats *stats) {
+                           const vd_world_part *part, rectangle in, merging_depth depth,
+                           vd_frame *frame, vd_world_stats *stats) {
+    vd_pass pass;
     vd_camera cut = *camera;
     cut.lens.cx -= in.x0;
     cut.lens.cy -= in.y0;
@@ -231,13 +248,13 @@ static vd_status draw_over(vd_impostors *set, vd_job *job, const vd_camera *came
     }
     vd_status status = reserve_front(set, in.x1 - in.x0, in.y1 - in.y0);
     if (status.code == VD_OK) {
-        status = vd_world_draw_part(set->renderer, job, &cut, part, set->front, pass, stats);
+        status = vd_world_draw_part(set->renderer, job, &cut, part, set->front, &pass, stats);
     }
     if (status.code == VD_OK) {
         merging m = {set->front, frame, in.x0, in.y0, depth};
-        status = vd_parallel_for(set->context, job,
-                                 (set->front->height + MERGED_ROWS - 1) / MERGED_ROWS, merge_rows,
-                                 &m);
+        status =
+            vd_parallel_for(set->context, job, (set->front->height + MERGED_ROWS - 1) / MERGED_ROWS,
+                            merge_rows, &m);
     }
     return status;
 }
@@ -251,9 +268,8 @@ static vd_status draw_patch(vd_impostors *set, vd_job *job, const vd_camera *cam
     const vd_world_part part = {.ground = &window, .standing = &cells};
     vd_vec3 points[VD_GROUND_POINTS];
     const int count = vd_ground_key_points(&set->ground, patch, 0.0, points);
-    vd_pass pass;
-    return draw_over(set, job, camera, &part, rectangle_of(camera, frame, points, count), false,
-                     frame, &pass, stats);
+    return draw_over(set, job, camera, &part, rectangle_of(camera, frame, points, count),
+                     DEPTH_NONE, frame, stats);
 }
 
 /* Patches, back to front. */
@@ -301,22 +317,70 @@ static rectangle near_rectangle(const vd_impostors *set, const vd_camera *camera
     return rectangle_of(camera, frame, points, 8);
 }
 
+/* ---- what stands on no patch ------------------------------------------------------------------*/
+
+/* Pixels a side of the screen to one of the ground's coarse depth. */
+#define COARSE 4
+
+/* The depth of all ground, for what does not stand on it. */
+static vd_status draw_relief(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                             vd_frame *frame) {
+    const int width = (frame->width + COARSE - 1) / COARSE;
+    const int height = (frame->height + COARSE - 1) / COARSE;
+    vd_camera coarse = *camera;
+    coarse.lens.fx /= COARSE, coarse.lens.fy /= COARSE;
+    coarse.lens.cx /= COARSE, coarse.lens.cy /= COARSE;
+    vd_status status = vd_success();
+    if (set->relief == NULL || set->relief->width != width || set->relief->height != height) {
+        vd_frame_destroy(&set->relief);
+        status = vd_frame_create(set->context, width, height, VD_PLANE_DEPTH, &set->relief);
+    }
+    const int samples = set->renderer->samples;
+    if (status.code == VD_OK) {
+        status = vd_terrain_renderer_set_samples(set->renderer->ground, 1);
+    }
+    if (status.code == VD_OK) {
+        status = vd_terrain_renderer_draw(set->renderer->ground, job, &coarse, set->relief, NULL);
+        set->renderer->ground->def.samples = samples;
+    }
+    for (int y = 0; y < frame->height && status.code == VD_OK; y++) {
+        const float *from = set->relief->depth + (size_t)(y / COARSE) * set->relief->stride;
+        float *to = frame->depth + (size_t)y * frame->stride;
+        for (int x = 0; x < frame->width; x++) {
+            to[x] = from[x / COARSE];
+        }
+    }
+    return status;
+}
+
 /* Sky, patches, and over them what is drawn itself: it is nearer than all patches. */
 static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera *camera,
-                                 vd_frame *frame, vd_pass *pass, vd_world_stats *stats) {
+                                 vd_frame *frame, vd_world_stats *stats) {
+    vd_pass pass;
     const vd_terrain_window none = VD_TERRAIN_NO_CELLS;
     const vd_terrain_window window = set->any_near ? vd_cells_window(&set->near) : none;
     const vd_world_part sky = {.ground = &none, .sky = true};
     const vd_world_part front = {
         .ground = &window, .nodes = set->direct.data, .count = set->direct.count};
+    const vd_world_part lines = {
+        .ground = &none, .nodes = set->lines.data, .count = set->lines.count};
     memset(frame->depth, 0, frame->stride * (size_t)frame->height * sizeof(float));
-    vd_status status = vd_world_draw_part(set->renderer, job, camera, &sky, frame, pass, stats);
+    vd_status status = vd_world_draw_part(set->renderer, job, camera, &sky, frame, &pass, stats);
     if (status.code == VD_OK) {
         status = show_patches(set, job, camera, frame, stats);
     }
+    if (status.code == VD_OK) {
+        if (set->any_loose) {
+            status = draw_relief(set, job, camera, frame);
+        }
+    }
     if (status.code == VD_OK && (set->any_near || set->direct.count > 0)) {
-        status = draw_over(set, job, camera, &front, near_rectangle(set, camera, frame), true,
-                           frame, pass, stats);
+        status = draw_over(set, job, camera, &front, near_rectangle(set, camera, frame), DEPTH_KEPT,
+                           frame, stats);
+    }
+    if (status.code == VD_OK && set->lines.count > 0) {
+        status = draw_over(set, job, camera, &lines, (rectangle){0, 0, frame->width, frame->height},
+                           DEPTH_TESTED, frame, stats);
     }
     return status;
 }
@@ -327,14 +391,12 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
     const uint64_t start = vd_clock_ns();
     vd_pass pass;
     vd_world_stats own = {.objects = 0};
-    const vd_world_part all = {
-        .nodes = set->direct.data, .count = set->direct.count, .sky = true};
+    const vd_world_part all = {.nodes = set->direct.data, .count = set->direct.count, .sky = true};
     set->stats.overdraw = set->stats.show_s = 0.0;
     set->quads.count = 0;
-    vd_status status =
-        set->ground.count > 0
-            ? draw_by_patches(set, job, camera, frame, &pass, &own)
-            : vd_world_draw_part(set->renderer, job, camera, &all, frame, &pass, &own);
+    vd_status status = set->ground.count > 0 ? draw_by_patches(set, job, camera, frame, &own)
+                                             : vd_world_draw_part(set->renderer, job, camera, &all,
+                                                                  frame, &pass, &own);
     set->stats.direct_s = 1e-9 * (double)(vd_clock_ns() - start) - set->stats.show_s;
     const uint32_t *shown = set->shown.data;
     for (size_t i = 0; i < set->shown.count && status.code == VD_OK; i++) {
@@ -342,6 +404,10 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
     }
     if (status.code == VD_OK) {
         status = show_quads(set, job, camera, true, frame);
+    }
+    if (status.code == VD_OK) {
+        status = vd_world_begin_over(set->renderer, camera, set->direct.data, set->direct.count,
+                                     frame, &pass, &own);
     }
     if (status.code == VD_OK) {
         status = vd_world_draw_over(set->renderer, job, &pass, frame);

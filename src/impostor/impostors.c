@@ -110,6 +110,7 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     }
     vd_frame_destroy(&set->canvas);
     vd_frame_destroy(&set->front);
+    vd_frame_destroy(&set->relief);
     vd_impostor_ground_finish(set->context, &set->ground);
     vd_release(set->context, set->far.data);
     vd_release(set->context, set->sending.data);
@@ -117,6 +118,7 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_release(set->context, set->slots.data);
     vd_release(set->context, set->shown.data);
     vd_release(set->context, set->direct.data);
+    vd_release(set->context, set->lines.data);
     vd_release(set->context, set->wishes.data);
     vd_release(set->context, set->quads.data);
     vd_release(set->context, set->depth.memory);
@@ -203,8 +205,7 @@ static void add_skirt(const vd_impostors *set, const vd_impostor_view *view,
 }
 
 static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
-                           const vd_camera *camera, const vd_impostor_plane *plane,
-                           uint32_t node) {
+                           const vd_camera *camera, const vd_impostor_plane *plane, uint32_t node) {
     if (!vd_impostor_is_patch(set, node)) {
         return vd_world_renderer_draw_object(set->renderer, job, camera, set->world->nodes[node].id,
                                              set->canvas, NULL);
@@ -402,7 +403,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     }
     vd_impostors_trim(set);
     set->stats.shown = set->far.count + set->shown.count;
-    set->stats.direct = set->direct.count;
+    set->stats.direct = set->direct.count + set->lines.count;
     set->stats.bytes = set->bytes;
     set->stats.in_flight = set->sending.count;
     if (stats != NULL) {

@@ -76,7 +76,10 @@ static int count_levels(size_t count, size_t counts[VD_OBJECT_MAX_DEPTH]) {
 
 static vd_node leaf(const vd_world *world, uint32_t entry) {
     vd_node node = {.entry = entry, .placed = 1};
-    node.names = world->entries[entry].object->kind == VD_OBJECT_LABEL;
+    const uint32_t kind = world->entries[entry].object->kind;
+    node.names = kind == VD_OBJECT_LABEL;
+    node.loose = node.names || kind == VD_OBJECT_LINE || kind == VD_OBJECT_PARTICLES;
+    node.grounded = !node.loose;
     vd_object_bounds(world->entries[entry].object, &node.min, &node.max);
     return node;
 }
@@ -120,6 +123,8 @@ static void settle_nodes(vd_world *world) {
             const vd_node *child = &nodes[nodes[i].first + k];
             nodes[i].placed += child->placed;
             nodes[i].names = nodes[i].names || child->names;
+            nodes[i].loose = nodes[i].loose || child->loose;
+            nodes[i].grounded = nodes[i].grounded || child->grounded;
             nodes[i].min = k == 0 ? child->min : vd_vec3_min(nodes[i].min, child->min);
             nodes[i].max = k == 0 ? child->max : vd_vec3_max(nodes[i].max, child->max);
         }

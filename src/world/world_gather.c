@@ -1,8 +1,8 @@
 /* world_gather.c: which objects a picture may show.
  *
  * From the root down: what lies outside the frustum, behind the terrain's horizon or is smaller
- * than a sixteenth of a pixel is left out with everything below it, before it costs anything; and so
- * is what does not stand on the ground that the picture is of, if it is of a piece of it.
+ * than a sixteenth of a pixel is left out with everything below it, before it costs anything; and
+ * so is what does not stand on the ground that the picture is of, if it is of a piece of it.
  */
 #include <math.h>
 #include "terrain/heightfield_block.h"
@@ -14,7 +14,7 @@ typedef struct gathering {
     vd_world_renderer *renderer;
     vd_pass *pass;
     vd_frustum frustum;
-    vd_vec3 view; /* unit vector along the view axis */
+    vd_vec3 view;             /* unit vector along the view axis */
     const vd_cells *standing; /* null: anywhere */
     vd_cells map;
     double sample_from_world[6];
@@ -63,9 +63,6 @@ vd_cells vd_world_node_cells(const double sample_from_world[6], const vd_cells *
 
 /* Whether something below or here may stand on the cells asked for. */
 static bool may_stand(const gathering *g, const vd_node *node) {
-    if (g->standing == NULL) {
-        return true;
-    }
     const vd_cells at = vd_world_node_cells(g->sample_from_world, &g->map, node);
     const vd_cells *in = g->standing;
     return at.c0 <= in->c1 && at.c1 >= in->c0 && at.r0 <= in->r1 && at.r1 >= in->r0;
@@ -115,7 +112,7 @@ static vd_status gather(const gathering *g, const vd_node *node) {
     if (kind == VD_OBJECT_TERRAIN) {
         return gather_placed(g, node);
     }
-    if (!may_stand(g, node)) {
+    if (g->standing != NULL && (!node->grounded || !may_stand(g, node))) {
         return vd_success();
     }
     double nearest, farthest;

@@ -41,6 +41,7 @@ typedef struct vd_node {
     uint32_t entry;        /* of a placed object */
     uint32_t placed;       /* placed objects below and here */
     bool names;            /* a label among them */
+    bool loose, grounded;  /* some are labels, lines, particles; some stand on the ground */
     uint64_t id;
 } vd_node;
 

@@ -228,6 +228,13 @@ static vd_terrain_def set_ground(vd_world_renderer *renderer, const vd_terrain_w
     return kept;
 }
 
+vd_status vd_world_begin_over(vd_world_renderer *renderer, const vd_camera *camera,
+                              const uint32_t *nodes, size_t count, const vd_frame *frame,
+                              vd_pass *pass, vd_world_stats *stats) {
+    *pass = begin_pass(renderer, camera, frame, stats);
+    return vd_world_gather_placed(renderer, pass, nodes, count);
+}
+
 vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
                              const vd_world_part *part, vd_frame *frame, vd_pass *pass,
                              vd_world_stats *stats) {
@@ -235,10 +242,9 @@ vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job, const vd_
     pass->ground = true;
     vd_frame_forget_objects(frame);
     const vd_terrain_def kept = set_ground(renderer, part->ground, part->sky);
-    vd_status status =
-        part->standing != NULL
-            ? vd_world_gather(renderer, pass, renderer->world->nodes, part->standing)
-            : vd_world_gather_placed(renderer, pass, part->nodes, part->count);
+    vd_status status = part->standing != NULL
+                           ? vd_world_gather(renderer, pass, renderer->world->nodes, part->standing)
+                           : vd_world_gather_placed(renderer, pass, part->nodes, part->count);
     if (status.code == VD_OK) {
         status = draw_gathered(renderer, job, pass, frame);
     }

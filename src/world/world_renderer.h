@@ -65,11 +65,18 @@ bool vd_world_sun_throws(const vd_world_renderer *renderer);
 /* What of a world a picture shows. */
 typedef struct vd_world_part {
     const vd_terrain_window *ground; /* the cells that are drawn; null: all; VD_TERRAIN_NO_CELLS */
-    const vd_cells *standing;        /* objects that stand on these cells: vd_world_cell; null: … */
+    const vd_cells *standing;        /* objects that stand on these cells: not labels, lines and
+                                        particles; null: … */
     const uint32_t *nodes;           /* … these placed ones, [count] */
     size_t count;
     bool sky; /* where nothing is: the sky or the world's background; off: transparent black */
 } vd_world_part;
+
+/* Gathers single placed nodes for vd_world_draw_over: their labels and particles. */
+VD_MUST_USE vd_status vd_world_begin_over(vd_world_renderer *renderer, const vd_camera *camera,
+                                          const uint32_t *nodes, size_t count,
+                                          const vd_frame *frame, vd_pass *pass,
+                                          vd_world_stats *stats);
 
 /* The cell of the terrain that an object stands on: under the middle of its bounds, or the nearest
  * to there that the map has. `sample_from_world` is affine, as vd_heightfield.world_from_sample. */
@@ -89,8 +96,8 @@ VD_MUST_USE vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass
 VD_MUST_USE vd_status vd_world_gather_placed(vd_world_renderer *renderer, vd_pass *pass,
                                              const uint32_t *nodes, size_t count);
 
-/* Draws a part of a world, without what lies over it; `pass` and `stats` may then be handed to
- * vd_world_draw_over. */
+/* Draws a part of a world, without what lies over it; `pass` may then be handed to
+ * vd_world_draw_over, while `camera` lives. */
 VD_MUST_USE vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job,
                                          const vd_camera *camera, const vd_world_part *part,
                                          vd_frame *frame, vd_pass *pass, vd_world_stats *stats);
