@@ -11,13 +11,15 @@
  * a tolerance. Which objects have pictures follows the world's tree: one that would last too short
  * or covers too many pixels is split into its children, small ones that lie together are merged;
  * children replace a parent, and it them, all at once. What lasts for no time at all, being near,
- * is drawn itself, as is the ground.
+ * is drawn itself. The ground is shown in patches, windows of its cells with all that stands on
+ * them; a terrain that is a function or wraps around is drawn itself.
  *
  * With a link, a picture is shown from the first update on whose `time_s` is not before its
  * arrival: pictures go over it one after the other, first come, first served, so one of b bytes
  * made at the time t arrives at max(t, link free) + b / link_bytes_per_s + link_latency_s. Until
- * then what was shown goes on being shown. While more than 0.1 s of pictures wait none are made:
- * they would be old when they come. What is drawn itself does not go over the link.
+ * then what was shown goes on being shown. While more pictures wait than the link carries in
+ * 0.1 s and the time between two updates none are made: they would be old when they come. What is
+ * drawn itself does not go over the link.
  */
 #ifndef VEDUTA_IMPOSTOR_H
 #define VEDUTA_IMPOSTOR_H
@@ -25,6 +27,18 @@
 #include <veduta/world.h>
 
 VD_BEGIN_DECLARATIONS
+
+/* What is shown over the pictures of impostors, as a tint and an edge; dark is little. */
+typedef enum vd_impostor_show {
+    VD_IMPOSTOR_SHOW_PICTURES = 0, /* nothing */
+    VD_IMPOSTOR_SHOW_BOUNDS,       /* where each is: patches of the ground green, others yellow */
+    VD_IMPOSTOR_SHOW_AGE,          /* since it came: 0 … 4 s */
+    VD_IMPOSTOR_SHOW_ERROR,        /* its screen error: 0 … twice the tolerance */
+    VD_IMPOSTOR_SHOW_COUNT
+} vd_impostor_show;
+
+/* Returns "pictures", "bounds", "age" or "error". */
+VD_API const char *vd_impostor_show_name(vd_impostor_show show);
 
 typedef struct vd_impostor_def {
     double tolerance_px; /* screen error up to which a picture is shown; 0: drawn anew always */
@@ -44,14 +58,18 @@ typedef struct vd_impostor_def {
     double link_bytes_per_s; /* a simulated link that pictures come over; 0: none */
     double link_latency_s;   /* from the last byte sent to the picture's being there */
     bool no_reuse;           /* every update wishes for every picture anew (table 5.4) */
+    bool settle; /* while the camera rests and nothing waits, the whole is one picture aligned with
+                    the screen, as vd_world_renderer_draw makes it */
+    vd_impostor_show show;
 } vd_impostor_def;
 
-/* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 10 m/s, 4 pictures, 192 pixels, 4 samples. */
+/* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples; it settles.
+ */
 VD_API vd_impostor_def vd_impostor_def_default(void);
 
 typedef struct vd_impostor_stats {
     uint64_t shown;    /* impostors in the picture */
-    uint64_t direct;   /* objects drawn themselves */
+    uint64_t direct;   /* objects, and patches of the ground without a picture, drawn themselves */
     uint64_t drawn;    /* pictures made by the last update */
     uint64_t waiting;  /* pictures that its budget left for later */
     uint64_t failed;   /* objects whose drawing failed: skipped, tried again later */
@@ -90,6 +108,16 @@ VD_API VD_MUST_USE vd_status vd_impostors_update(vd_impostors *impostors, vd_job
 VD_API VD_MUST_USE vd_status vd_impostors_draw(vd_impostors *impostors, vd_job *job,
                                                const vd_camera *camera, vd_frame *frame,
                                                vd_impostor_stats *stats);
+
+/* Changes what is shown over the pictures, from the next one on. Returns VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_impostors_set_show(vd_impostors *impostors, vd_impostor_show show);
+
+/* While frozen, updates decide and draw nothing: what the last one decided is shown from wherever
+ * the camera goes (Lawlor 2004, figure 3.2). */
+VD_API void vd_impostors_freeze(vd_impostors *impostors, bool frozen);
+
+/* Whether the picture is the still one, of which nothing will change while the camera rests. */
+VD_API bool vd_impostors_settled(const vd_impostors *impostors);
 
 /* ---- the measure ------------------------------------------------------------------------------
  * e = sqrt(mean over pixels of |g − r|² / 0.1), red, green and blue in 0 … 1 as encoded (Lawlor

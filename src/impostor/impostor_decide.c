@@ -19,6 +19,9 @@
 /* Patches may be so many times larger than other pictures: more of them lie side by side. */
 #define PATCH_SIZE 3.0
 
+/* So many pictures of the largest size at least fit into the memory. */
+#define LEAST_KEPT 8
+
 /* How many times larger than it has to be near ground may stay. */
 #define KEEP_NEAR 2.0
 
@@ -68,7 +71,11 @@ static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max,
     const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
     const vd_vec3 sight = vd_vec3_subtract(middle, view->eye);
     const double z = vd_vec3_length(sight);
-    if (!(z > 1.5 * radius) || !(2.0 * radius * view->focal_px * loosen <= most_px * z)) {
+    /* A picture must not fill the memory for pictures, nor be larger than the screen. */
+    const double memory_px = sqrt((double)def->memory_bytes / (4.0 * LEAST_KEPT));
+    const double screen_px = view->width > view->height ? view->width : view->height;
+    const double most = fmin(most_px, fmin(memory_px, screen_px));
+    if (!(z > 1.5 * radius) || !(2.0 * radius * view->focal_px * loosen <= most * z)) {
         return false;
     }
     vd_vec3 through, normal;
@@ -164,6 +171,7 @@ static void show(deciding *d, uint32_t index, vd_list *list) {
     }
     const double error = vd_impostor_error(d->set, d->view, slot);
     slot->used = d->set->update;
+    slot->error_px = error;
     if (!vd_impostor_is_patch(d->set, index)) {
         d->set->any_loose = d->set->any_loose || d->set->world->nodes[index].loose;
     }

@@ -8,7 +8,7 @@
 #include "core/core.h"
 #include "impostor/impostor_set.h"
 
-/* Pictures that would have to wait longer are not made. */
+/* Pictures that would have to wait longer, besides the time between updates, are not made. */
 #define LONGEST_QUEUE_S 0.1
 
 static size_t bytes_of(const vd_impostor_picture *picture) {
@@ -30,6 +30,15 @@ static void replace(vd_impostors *set, vd_impostor_slot *slot, const vd_impostor
     set->stats.bytes_sent += bytes_of(made);
 }
 
+double vd_impostors_send(vd_impostors *set, size_t bytes) {
+    if (set->def.link_bytes_per_s == 0.0) {
+        return set->time_s;
+    }
+    const double from_s = set->link_free_s > set->time_s ? set->link_free_s : set->time_s;
+    set->link_free_s = from_s + (double)bytes / set->def.link_bytes_per_s;
+    return set->link_free_s + set->def.link_latency_s;
+}
+
 vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slot, vd_impostor_picture *made) {
     if (set->def.link_bytes_per_s == 0.0) {
         replace(set, slot, made);
@@ -40,10 +49,8 @@ vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slot, vd_impost
         vd_impostor_release(set, made);
         return vd_out_of_memory("an impostor on its way", sizeof *to);
     }
-    const double from_s = set->link_free_s > set->time_s ? set->link_free_s : set->time_s;
-    set->link_free_s = from_s + (double)bytes_of(made) / set->def.link_bytes_per_s;
     *to = (vd_impostor_sending){*made, set->slot_of[slot->node] - 1,
-                                set->link_free_s + set->def.link_latency_s};
+                                vd_impostors_send(set, bytes_of(made))};
     slot->coming = true;
     set->sending_bytes += bytes_of(made);
     return vd_success();
@@ -66,7 +73,7 @@ void vd_impostors_receive(vd_impostors *set) {
 
 bool vd_impostors_link_is_full(const vd_impostors *set) {
     /* What is on its way takes memory that cannot be given up. */
-    const double queue_s = LONGEST_QUEUE_S + set->stats.direct_s;
+    const double queue_s = LONGEST_QUEUE_S + set->interval_s;
     return set->def.link_bytes_per_s > 0.0 && (set->link_free_s - set->time_s > queue_s ||
                                                set->sending_bytes > set->def.memory_bytes / 2);
 }

@@ -36,6 +36,7 @@ typedef struct vd_impostor_slot {
     uint32_t failures;
     double retry_s;                  /* not drawn again before */
     double born_s;                   /* when the picture came */
+    double error_px;                 /* when it was shown last */
     uint64_t used;                   /* number of the last update that showed it */
     uint64_t asked;                  /* and of the last that wished for its picture */
     vd_impostor_picture now, before; /* `before` fades out */
@@ -83,9 +84,18 @@ struct vd_impostors {
     vd_list sending;      /* vd_impostor_sending, in the order of their arrival */
     size_t sending_bytes; /* of these; part of `bytes` */
     double link_free_s;   /* when the last of them has left */
+    vd_frame *still;      /* the whole, aligned with the screen; see impostor_still.c */
+    bool has_still;
+    double still_s; /* when it comes */
+    int resting;    /* updates with this camera and size */
+    vd_camera rest_camera;
+    int rest_width, rest_height;
+    uint8_t *tints; /* see impostor_tint.c; null until some are shown */
+    bool frozen;
     uint64_t update;
-    double time_s; /* of the last update; before the first: none */
-    bool moving;   /* there was one */
+    double time_s;     /* of the last update; before the first: none */
+    double interval_s; /* from the one before */
+    bool moving;       /* there was one */
     vd_vec3 eye, velocity;
     vd_impostor_stats stats;
 };
@@ -151,6 +161,20 @@ VD_MUST_USE vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slo
 
 /* Hands over what has arrived by `set->time_s`. */
 void vd_impostors_receive(vd_impostors *set);
+
+/* Puts bytes on the link; returns when they arrive, at once where there is no link. */
+double vd_impostors_send(vd_impostors *set, size_t bytes);
+
+/* Reissues the whole while the camera rests. Returns the errors of drawing. */
+VD_MUST_USE vd_status vd_impostors_settle(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                                          int width, int height);
+
+/* Copies the still picture if it is this one. */
+bool vd_impostors_copy_still(const vd_impostors *set, const vd_camera *camera, vd_frame *frame);
+
+/* What lies over a slot's picture; after vd_impostor_make_tints, which returns VD_ERROR_MEMORY. */
+vd_quad_picture vd_impostor_tint(const vd_impostors *set, const vd_impostor_slot *slot);
+VD_MUST_USE vd_status vd_impostor_make_tints(vd_impostors *set);
 
 /* Whether so much waits for the link that a picture made now would come too late. */
 bool vd_impostors_link_is_full(const vd_impostors *set);

@@ -81,7 +81,7 @@ static double overdraw_of(const vd_impostors *set, const vd_frame *frame, double
     return pixels / ((double)frame->width * (double)frame->height);
 }
 
-static vd_status add_quad(vd_impostors *set, const vd_camera *camera,
+static vd_status add_quad(vd_impostors *set, const vd_camera *camera, const vd_impostor_slot *slot,
                           const vd_impostor_picture *picture, uint8_t opacity) {
     vd_vec3 corners[4];
     vd_quad quad = {.picture = {.rgba = picture->rgba,
@@ -99,11 +99,16 @@ static vd_status add_quad(vd_impostors *set, const vd_camera *camera,
     if (status.code != VD_OK) {
         return vd_success(); /* too far away to be told from nothing */
     }
-    vd_quad *to = vd_list_add(set->context, &set->quads, 1, sizeof *to);
+    const bool tinted = set->def.show != VD_IMPOSTOR_SHOW_PICTURES;
+    vd_quad *to = vd_list_add(set->context, &set->quads, tinted ? 2 : 1, sizeof *to);
     if (to == NULL) {
         return vd_out_of_memory("a picture's impostors", sizeof *to);
     }
-    *to = quad;
+    to[0] = quad;
+    if (tinted) {
+        to[1] = quad;
+        to[1].picture = vd_impostor_tint(set, slot);
+    }
     set->stats.pixels_shown += (uint64_t)picture->width * (uint64_t)picture->height;
     return vd_success();
 }
@@ -117,11 +122,11 @@ static vd_status add_slot(vd_impostors *set, const vd_camera *camera, vd_imposto
     if (!fades) {
         vd_impostor_release(set, &slot->before);
     } else {
-        status = add_quad(set, camera, &slot->before, 255);
+        status = add_quad(set, camera, slot, &slot->before, 255);
     }
     const double share = fades ? age / set->def.fade_s : 1.0;
     return status.code == VD_OK && slot->now.rgba != NULL
-               ? add_quad(set, camera, &slot->now, (uint8_t)(255.0 * share + 0.5))
+               ? add_quad(set, camera, slot, &slot->now, (uint8_t)(255.0 * share + 0.5))
                : status;
 }
 
@@ -424,7 +429,8 @@ vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *cam
                                    frame->stride * (size_t)frame->height, sizeof(float));
         frame->depth = set->depth.memory;
     }
-    if (status.code == VD_OK) {
+    const bool still = set->def.show == VD_IMPOSTOR_SHOW_PICTURES && !set->frozen;
+    if (status.code == VD_OK && !(still && vd_impostors_copy_still(set, camera, frame))) {
         status = draw_all(set, job, camera, frame);
     }
     if (lend) {

@@ -21,7 +21,8 @@ vd_impostor_def vd_impostor_def_default(void) {
                            .speed_mps = 2.0,
                            .least_reuse = 4.0,
                            .most_px = 192.0,
-                           .samples = 4};
+                           .samples = 4,
+                           .settle = true};
     return def;
 }
 
@@ -60,7 +61,11 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
                               vd_world_renderer *renderer, const vd_impostor_def *def,
                               vd_impostors **out) {
     const vd_impostor_def used = def != NULL ? *def : vd_impostor_def_default();
-    const vd_status status = check(&used);
+    const vd_status status =
+        (unsigned)used.show < VD_IMPOSTOR_SHOW_COUNT
+            ? check(&used)
+            : vd_failure(VD_ERROR_ARGUMENT, "impostors have no overlay %d; give a vd_impostor_show",
+                         (int)used.show);
     if (status.code != VD_OK) {
         return status;
     }
@@ -74,6 +79,9 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->def = used;
     vd_status made = vd_impostor_ground_init(context, renderer, &set->ground);
     const size_t nodes = world->node_count + set->ground.count;
+    if (made.code == VD_OK && used.show != VD_IMPOSTOR_SHOW_PICTURES) {
+        made = vd_impostor_make_tints(set);
+    }
     if (made.code == VD_OK) {
         set->slot_of = vd_allocate_zero(context, nodes, sizeof *set->slot_of);
         made = set->slot_of != NULL ? vd_display_create(context, &set->display)
@@ -85,6 +93,26 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     }
     *out = set;
     return made;
+}
+
+const char *vd_impostor_show_name(vd_impostor_show show) {
+    static const char *const names[VD_IMPOSTOR_SHOW_COUNT] = {"pictures", "bounds", "age", "error"};
+    return (unsigned)show < VD_IMPOSTOR_SHOW_COUNT ? names[show] : "unknown";
+}
+
+vd_status vd_impostors_set_show(vd_impostors *set, vd_impostor_show show) {
+    const vd_status status =
+        show != VD_IMPOSTOR_SHOW_PICTURES ? vd_impostor_make_tints(set) : vd_success();
+    set->def.show = status.code == VD_OK ? show : set->def.show;
+    return status;
+}
+
+void vd_impostors_freeze(vd_impostors *set, bool frozen) {
+    set->frozen = frozen;
+}
+
+bool vd_impostors_settled(const vd_impostors *set) {
+    return set->has_still && set->time_s >= set->still_s;
 }
 
 void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
@@ -111,6 +139,8 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_frame_destroy(&set->canvas);
     vd_frame_destroy(&set->front);
     vd_frame_destroy(&set->relief);
+    vd_frame_destroy(&set->still);
+    vd_release(set->context, set->tints);
     vd_impostor_ground_finish(set->context, &set->ground);
     vd_release(set->context, set->far.data);
     vd_release(set->context, set->sending.data);
@@ -242,7 +272,9 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     if (status.code != VD_OK) {
         return status;
     }
-    const double nearest = 0.2 * (made.plane.distance_m - made.plane.depth_m);
+    const double away =
+        vd_vec3_dot(vd_vec3_subtract(view->eye, made.plane.origin), made.plane.normal);
+    const double nearest = 0.2 * away; /* key points are farther: vd_impostor_plane_fit */
     const vd_camera camera = vd_impostor_plane_camera(&made.plane, made.width, made.height,
                                                       VD_IMPOSTOR_PAD, fmax(nearest, 1e-3));
     const int samples = set->renderer->samples;
@@ -311,6 +343,7 @@ static int compare_wishes(const void *a, const void *b) {
 /* Where the camera goes: constant velocity. */
 static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
     const double passed = time_s - set->time_s;
+    set->interval_s = set->moving ? passed : 0.0;
     if (set->moving && passed > 0.0) {
         const vd_vec3 way = vd_vec3_subtract(camera->eye, set->eye);
         const vd_vec3 now = vd_vec3_scale(way, 1.0 / passed);
@@ -390,6 +423,13 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     if (status.code != VD_OK) {
         return status;
     }
+    if (set->frozen) {
+        set->stats.drawn = 0;
+        if (stats != NULL) {
+            *stats = set->stats;
+        }
+        return status;
+    }
     const uint64_t start = vd_clock_ns();
     set->update++;
     set->stats.drawn = 0;
@@ -402,8 +442,17 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
         status = make_wishes(set, job, &view);
     }
     vd_impostors_trim(set);
-    set->stats.shown = set->far.count + set->shown.count;
+    if (status.code == VD_OK) {
+        status = vd_impostors_settle(set, job, camera, width, height);
+    }
+    set->stats.shown = set->shown.count;
     set->stats.direct = set->direct.count + set->lines.count;
+    const uint32_t *far = set->far.data;
+    for (size_t i = 0; i < set->far.count; i++) {
+        const vd_impostor_slot *slot = vd_impostor_slot_at(set, far[i]);
+        set->stats.shown += slot->now.rgba != NULL;
+        set->stats.direct += slot->now.rgba == NULL && !slot->empty;
+    }
     set->stats.bytes = set->bytes;
     set->stats.in_flight = set->sending.count;
     if (stats != NULL) {
