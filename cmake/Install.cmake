@@ -4,8 +4,8 @@ include(CMakePackageConfigHelpers)
 install(TARGETS ${veduta_installed} EXPORT VedutaTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-# geo.h belongs to veduta-io, model_import.h to veduta-model, snapshot.h to veduta-snapshot and text.h
-# to veduta-text: they go where those go.
+# geo.h belongs to veduta-io, model_import.h to veduta-model, snapshot.h to veduta-snapshot, text.h to
+# veduta-text, codec.h to veduta-remote: they go where those go.
 set(veduta_left_out)
 if(NOT VEDUTA_GEO)
     list(APPEND veduta_left_out PATTERN geo.h EXCLUDE)
@@ -18,6 +18,9 @@ if(NOT VEDUTA_HDF5)
 endif()
 if(NOT VEDUTA_TEXT)
     list(APPEND veduta_left_out PATTERN text.h EXCLUDE)
+endif()
+if(NOT VEDUTA_REMOTE)
+    list(APPEND veduta_left_out PATTERN codec.h EXCLUDE)
 endif()
 install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${veduta_left_out})
 
