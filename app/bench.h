@@ -30,7 +30,7 @@ typedef struct bench_result {
     size_t peak_bytes; /* most held by the context at once, map and frame included; 0 for programs:
                           the child's size would count this process' own */
     size_t peak_resident_bytes; /* most resident memory of the process; 0: not measured */
-    size_t output_bytes;        /* of the picture with its depths; 0: not looked at */
+    size_t output_bytes;        /* of the picture with its depths, or packed; 0: not looked at */
     bool has_hash;
     uint64_t hash;
     bool reference;    /* what the others of its case, SIMD level and parameter are compared with */
@@ -40,6 +40,7 @@ typedef struct bench_result {
     int fine;          /* side of a bin's fine tiles; 0: as the method has it */
     uint64_t fragments, shaded; /* of ways to resolve depth: covered samples, coloured ones */
     double vs_peer;             /* how many times as fast as llvmpipe; NaN where not compared */
+    double limited_ms[3];       /* of codecs: a picture over 1, 10, 100 MB/s; 0 elsewhere */
     bool published;             /* somebody else's figure: only median_ms and note hold */
     char note[64];
 } bench_result;
@@ -86,6 +87,7 @@ typedef enum bench_parameter {
     BENCH_SHADOW_ROWS,  /* q: rows of a map 128 wide, 32 steps */
     BENCH_SHADOW_STEPS, /* d_c: steps on a map of 128² */
     BENCH_QUAD_SIDE,    /* pixels along a quad */
+    BENCH_CODEC_SIDE,   /* pixels along a packed picture */
     BENCH_SORT_LENGTH,  /* particles of a list that is sorted; many such lists */
     BENCH_SHADOW_SUN    /* altitude of the sun over a map of 1024², worst of 8 azimuths */
 } bench_parameter;
@@ -126,7 +128,8 @@ bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startu
     bench_memory, bench_bricks, bench_formula, bench_sharing, bench_counters, bench_raster,
     bench_raster_levels, bench_raster_triangles, bench_raster_bins, bench_raster_small,
     bench_raster_tiles, bench_raster_resolve, bench_splat, bench_splat_sort, bench_coverage,
-    bench_sweep_classic, bench_sweep_shadow, bench_world, bench_quads, bench_quad_sides;
+    bench_sweep_classic, bench_sweep_shadow, bench_world, bench_quads, bench_quad_sides,
+    bench_codec_tree, bench_codec_building, bench_codec_particles;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 

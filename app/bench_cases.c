@@ -85,6 +85,24 @@ static const bench_sweep quad_side = {BENCH_QUAD_SIDE,
                                       8,
                                       {1, 3, 10, 30, 100, 200, 400, 1000}};
 
+/* Lawlor 2004, table 5.7: a tree of 128 × 128, libpng 1.0.12 and JPEG 6b on a PC of its day. */
+static const bench_published lawlor_codecs[] = {
+    {"PNG encode", "128x128, 11947 bytes", 1e3 / 11.535},
+    {"PNG decode", "128x128", 1e3 / 1.708},
+    {"JPEG encode", "128x128, 3105 bytes, no alpha", 1e3 / 1.512},
+    {"JPEG decode", "128x128", 1e3 / 0.965},
+    {"uncompressed encode", "128x128, 65536 bytes", 1e3 / 0.288},
+    {"uncompressed decode", "128x128", 1e3 / 0.121},
+    {"run-length encode", "128x128, 20636 bytes", 1e3 / 0.053},
+    {"run-length decode", "128x128", 1e3 / 0.061},
+    {NULL, NULL, 0}};
+static const bench_sweep codec_side = {BENCH_CODEC_SIDE,
+                                       "Packing and unpacking a picture (Lawlor 2004, figure 5.4)",
+                                       "side, pixels",
+                                       false,
+                                       8,
+                                       {4, 16, 32, 64, 128, 256, 512, 1024}};
+
 /* A published model by every raster method at one size. */
 #define RASTER(model, size, help)                                                                  \
     { model "-" #size, help, bench_raster, .width = size, .rows = size }
@@ -181,6 +199,12 @@ const bench_case *bench_case_at(int index) {
          bench_quads, .width = 1280, .rows = 720},
         {"quad-sides", "time of a quad against its side, fitted to the published model",
          bench_quad_sides, .width = 1280, .rows = 1200, .sweep = &quad_side},
+        {"codec-tree", "a tree packed by every codec: encode, decode, bytes, links",
+         bench_codec_tree, 128, 128, .sweep = &codec_side, .published = lawlor_codecs},
+        {"codec-building", "a building, the same", bench_codec_building, 128, 128,
+         .sweep = &codec_side},
+        {"codec-particles", "a cloud of particles, the same", bench_codec_particles, 128, 128,
+         .sweep = &codec_side},
         {"splat-draw", "50 M particles in bricks: blended, added up, nearest", bench_splat,
          .width = 1024, .rows = 1024},
         {"splat-sort", "4 M particles by lists: qsort, merge sort, radix sort", bench_splat_sort,
@@ -223,6 +247,7 @@ const bench_group *bench_group_at(int index) {
         {"raster", "everything about triangles", "raster-cells raster-tables"},
         {"coverage", "vector paths with exact edges, beside a plain loop",
          "coverage-large coverage-small coverage-crossing coverage-curves coverage-strokes"},
+        {"codec", "pictures packed for the wire", "codec-tree codec-building codec-particles"},
         {"splat", "particles", "splat-draw splat-sort bricks"},
         {"terrain", "everything about terrain",
          "classic lens lens-views shadow function function-endless memory false-sharing counters "

@@ -176,6 +176,14 @@ static void add_raster(json_t *object, const bench_result *r) {
     json_object_set_new(object, "vs_llvmpipe", real_or_null(r->vs_peer));
 }
 
+/* What only codecs have: the time of a picture over links of 1, 10 and 100 MB/s. */
+static void add_codec(json_t *object, const bench_result *r) {
+    json_object_set_new(object, "limited_ms",
+                        r->limited_ms[0] > 0 ? json_pack("[f, f, f]", r->limited_ms[0],
+                                                         r->limited_ms[1], r->limited_ms[2])
+                                             : json_null());
+}
+
 /* What others published has only a name, a size, a time and a note; the rest is null. */
 static json_t *result_as_json(const bench_run *run, const bench_result *r) {
     char hash[24];
@@ -196,6 +204,7 @@ static json_t *result_as_json(const bench_run *run, const bench_result *r) {
         ours ? json_integer((json_int_t)r->peak_bytes) : json_null(), "hash",
         r->has_hash ? json_string(hash) : json_null(), "note", r->note);
     add_raster(object, r);
+    add_codec(object, r);
     return object;
 }
 

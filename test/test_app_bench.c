@@ -44,7 +44,7 @@ static void json_has_the_fields(void **state) {
         "isa",          "width",     "height", "median_ms",   "p99_ms",
         "min_ms",       "fps",       "speed",  "target_fps",  "peak_bytes",
         "hash",         "note",      "model",  "fine_pixels", "peak_resident_bytes",
-        "output_bytes", "fragments", "shaded", "vs_llvmpipe"};
+        "output_bytes", "fragments", "shaded", "vs_llvmpipe", "limited_ms"};
     enum { HEADS = sizeof head / sizeof head[0], FIELDS = sizeof fields / sizeof fields[0] };
     assert_int_equal(bench("classic-growth --threads 1,2 --repeat 1 --json - 2>/dev/null"), 0);
     char key[64];
@@ -265,13 +265,30 @@ static void bad_use_is_told(void **state) {
     assert_non_null(strstr(output, "/nonexistent/x.json"));
 }
 
+/* Every codec there and back for three pictures of three sides; what others published once. */
+static void codecs_have_tables(void **state) {
+    (void)state;
+    static const char *const cases[] = {"codec-tree", "codec-building", "codec-particles"};
+    char arguments[128];
+    for (int i = 0; i < 3; i++) {
+        snprintf(arguments, sizeof arguments, "%s --quick --repeat 1 --json - 2>&1", cases[i]);
+        if (bench(arguments) == 1 && strstr(output, "VEDUTA_REMOTE=ON") != NULL) {
+            skip();
+        }
+        snprintf(arguments, sizeof arguments, "\"case\": \"%s\"", cases[i]);
+        assert_int_equal(count(arguments), 3 * 7 * 2 + (i == 0 ? 8 : 0));
+        assert_int_equal(count("\"limited_ms\": ["), 3 * 7);
+        assert_int_equal(count("\"output_bytes\": 4096"), 2); /* raw, 32 × 32 */
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(json_has_the_fields),   cmocka_unit_test(the_pictures_are_pinned),
         cmocka_unit_test(a_file_is_a_map),       cmocka_unit_test(table_list_and_groups),
         cmocka_unit_test(cold_makes_its_files),  cmocka_unit_test(sweeps_are_plotted),
         cmocka_unit_test(no_gnuplot_is_told),    cmocka_unit_test(bad_use_is_told),
-        cmocka_unit_test(triangles_have_tables),
+        cmocka_unit_test(triangles_have_tables), cmocka_unit_test(codecs_have_tables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,68 @@
+/* remote_module.c: finding veduta-remote. */
+#include "remote_module.h"
+
+#include <string.h>
+
+#if defined(VEDUTA_REMOTE_LINKED)
+
+vd_status vd_remote_module_open(const char *purpose, vd_remote_module *out) {
+    (void)purpose;
+    *out = (vd_remote_module){
+        .codec_name = vd_codec_name,
+        .codec_bound = vd_codec_bound,
+        .coder_create = vd_coder_create,
+        .coder_destroy = vd_coder_destroy,
+        .encode = vd_coder_encode,
+        .decode = vd_coder_decode,
+    };
+    return vd_success();
+}
+
+#elif defined(VEDUTA_REMOTE_LIBRARY)
+
+#include <dlfcn.h>
+#include <veduta/context.h>
+
+vd_status vd_remote_module_open(const char *purpose, vd_remote_module *out) {
+    /* The program's own folders come first: its run path names them. */
+    void *library = dlopen(VEDUTA_REMOTE_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    if (library == NULL) {
+        return vd_failure(
+            VD_ERROR_UNSUPPORTED,
+            "cannot %.160s without protobuf-c, zstd, libwebp and libjpeg, and %s does "
+            "not load (%.100s); install veduta-remote and these",
+            purpose, VEDUTA_REMOTE_LIBRARY, dlerror());
+    }
+    vd_remote_module made;
+    const struct {
+        const char *name;
+        void *function; /* where the address goes */
+    } symbols[] = {
+        {"vd_codec_name", &made.codec_name},     {"vd_codec_bound", &made.codec_bound},
+        {"vd_coder_create", &made.coder_create}, {"vd_coder_destroy", &made.coder_destroy},
+        {"vd_coder_encode", &made.encode},       {"vd_coder_decode", &made.decode},
+    };
+    for (size_t i = 0; i < sizeof symbols / sizeof symbols[0]; i++) {
+        void *address = dlsym(library, symbols[i].name);
+        if (address == NULL) {
+            return vd_failure(VD_ERROR_UNSUPPORTED,
+                              "cannot %.160s: %s lacks %s; install the veduta-remote of version %s",
+                              purpose, VEDUTA_REMOTE_LIBRARY, symbols[i].name, vd_version());
+        }
+        memcpy(symbols[i].function, &address, sizeof address);
+    }
+    *out = made;
+    return vd_success();
+}
+
+#else
+
+vd_status vd_remote_module_open(const char *purpose, vd_remote_module *out) {
+    (void)out;
+    return vd_failure(VD_ERROR_UNSUPPORTED,
+                      "cannot %.200s: this veduta was built without protobuf-c, zstd, libwebp and "
+                      "libjpeg; build with VEDUTA_REMOTE=ON",
+                      purpose);
+}
+
+#endif

@@ -1,0 +1,27 @@
+/* remote_module.h: veduta-remote, opened when something is packed or served.
+ *
+ * Pictures in files need no wire, and a build may lack protobuf-c and the codecs' libraries. So a
+ * shared build opens the library when it is first needed; a static one has it linked in; one
+ * without says so.
+ */
+#ifndef VEDUTA_APP_REMOTE_MODULE_H
+#define VEDUTA_APP_REMOTE_MODULE_H
+
+#include <veduta/codec.h>
+
+typedef struct vd_remote_module {
+    const char *(*codec_name)(vd_codec codec);
+    size_t (*codec_bound)(vd_codec codec, int width, int height);
+    vd_status (*coder_create)(vd_context *context, vd_coder **out);
+    void (*coder_destroy)(vd_coder **coder);
+    vd_status (*encode)(vd_coder *coder, const vd_encode_def *def, const vd_codec_picture *picture,
+                        uint8_t *out, size_t room, vd_encoded *encoded);
+    vd_status (*decode)(vd_coder *coder, vd_codec codec, const void *data, size_t bytes, int width,
+                        int height, uint8_t *rgba, size_t stride);
+} vd_remote_module;
+
+/* Opens veduta-remote. `purpose` says what it is needed for, such as "measure codecs". Returns
+ * VD_ERROR_UNSUPPORTED when it is not there. The library stays loaded until the program ends. */
+VD_MUST_USE vd_status vd_remote_module_open(const char *purpose, vd_remote_module *out);
+
+#endif
