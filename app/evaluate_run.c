@@ -35,6 +35,7 @@ typedef struct program {
     vd_impostors *impostors; /* null: screens are shipped */
     bool waits;              /* `next` comes onto the screen, at */
     double done_s;
+    double took_s;    /* a frame lately; virtually 0 */
     uint64_t uploads; /* before it */
     shipped *link;    /* [MOST_SHIPPED], a ring */
     int first, count;
@@ -54,8 +55,31 @@ static vd_camera camera_of(const vd_evaluation *e, long viewpoint) {
     return camera;
 }
 
+/* Where the camera will be `ahead_s` after a viewpoint, by its last two hundredths of a second:
+ * with constant velocity and turn. */
+static vd_camera camera_ahead(const vd_evaluation *e, long viewpoint, double ahead_s) {
+    const long back = (long)ceil(0.02 * e->settings->rate_hz);
+    vd_camera camera = camera_of(e, viewpoint);
+    if (viewpoint < back) {
+        return camera;
+    }
+    const vd_camera old = camera_of(e, viewpoint - back);
+    const double k = ahead_s * e->settings->rate_hz / (double)back;
+    const vd_quat a = old.orientation, b = camera.orientation;
+    const double sign = a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w < 0.0 ? -1.0 : 1.0;
+    camera.eye = vd_vec3_add(camera.eye, vd_vec3_scale(vd_vec3_subtract(camera.eye, old.eye), k));
+    camera.orientation =
+        vd_quat_normalize((vd_quat){b.x + k * (b.x - sign * a.x), b.y + k * (b.y - sign * a.y),
+                                    b.z + k * (b.z - sign * a.z), b.w + k * (b.w - sign * a.w)});
+    return camera;
+}
+
+/* Spread over the frames' time by the golden ratio, so that no rate of frames is always met early
+ * (§5.1.2: "sampling resonance"). */
 double vd_evaluation_time(const vd_evaluation *e, int compared) {
-    const double time_s = (compared + 0.5) / e->settings->compare_hz;
+    const double golden = 0.6180339887498949 * compared;
+    const double time_s =
+        (compared + 0.5) / e->settings->compare_hz + (golden - floor(golden)) / DISPLAY_HZ;
     return time_s < e->seconds ? time_s : e->seconds;
 }
 
@@ -111,7 +135,12 @@ static void count_frame(program *p, const vd_impostor_stats *stats) {
 /* Draws the frame that begins now. */
 static vd_status show_impostors(program *p) {
     const vd_evaluation *e = p->e;
-    const vd_camera camera = camera_of(e, viewpoint_at(e, p->begins_s));
+    /* What is drawn now is shown from when it is done until the next frame is, and compared with
+     * viewpoints that are half their time old. */
+    const double ahead_s = p->begins_s - viewpoint_at(e, p->begins_s) / e->settings->rate_hz +
+                           p->took_s + 0.5 * later(p->took_s, 1.0 / DISPLAY_HZ) -
+                           0.5 / e->settings->rate_hz;
+    const vd_camera camera = camera_ahead(e, viewpoint_at(e, p->begins_s), ahead_s);
     vd_impostor_stats stats = {0};
     const double start = vd_seconds_now();
     vd_status status = vd_impostors_update(p->impostors, e->job, &camera, p->next->width,
@@ -125,6 +154,7 @@ static vd_status show_impostors(program *p) {
     const double took = vd_seconds_now() - start;
     worked(p, took);
     count_frame(p, &stats);
+    p->took_s = e->settings->is_virtual ? 0.0 : 0.8 * p->took_s + 0.2 * took;
     p->done_s = p->begins_s + (e->settings->is_virtual ? 0.0 : took);
     p->begins_s = next_begin(p, p->done_s);
     p->waits = true;

@@ -8,6 +8,7 @@
  * merging, so that nothing flips to and fro.
  */
 #include <math.h>
+#include <stdlib.h>
 #include "core/core.h"
 #include "impostor/impostor_set.h"
 
@@ -416,6 +417,43 @@ static vd_status decide_ground(deciding *d) {
     return d->status;
 }
 
+/* ---- all of it --------------------------------------------------------------------------------*/
+
+typedef struct far_slot {
+    double distance2;
+    uint32_t slot;
+} far_slot;
+
+static int compare_slots(const void *a, const void *b) {
+    const far_slot *x = a, *y = b;
+    return x->distance2 != y->distance2
+               ? (x->distance2 < y->distance2) - (x->distance2 > y->distance2)
+               : (x->slot > y->slot) - (x->slot < y->slot);
+}
+
+/* Things that stand side by side are told apart by their middles better than by their groups'. */
+static vd_status sort_shown(vd_impostors *set, const vd_impostor_view *view) {
+    uint32_t *shown = set->shown.data;
+    const size_t count = set->shown.count;
+    vd_status status = vd_buffer_reserve(set->context, &set->order, "impostors' order", count + 1,
+                                         sizeof(far_slot));
+    far_slot *order = set->order.memory;
+    for (size_t i = 0; i < count && status.code == VD_OK; i++) {
+        vd_vec3 min, max;
+        vd_impostor_bounds(set, view, vd_impostor_slot_at(set, shown[i])->node, &min, &max);
+        const vd_vec3 to =
+            vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), view->camera.eye);
+        order[i] = (far_slot){vd_vec3_dot(to, to), shown[i]};
+    }
+    if (status.code == VD_OK && count > 1) {
+        qsort(order, count, sizeof *order, compare_slots);
+    }
+    for (size_t i = 0; i < count && status.code == VD_OK; i++) {
+        shown[i] = order[i].slot;
+    }
+    return status;
+}
+
 vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
     deciding d = {.set = set, .view = view, .wishing = true, .status = vd_success()};
     set->far.count = set->shown.count = set->direct.count = set->lines.count = 0;
@@ -429,5 +467,5 @@ vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
     if (d.status.code == VD_OK) {
         (void)walk_children(&d, 0, true);
     }
-    return d.status;
+    return d.status.code == VD_OK ? sort_shown(set, view) : d.status;
 }

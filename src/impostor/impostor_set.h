@@ -76,6 +76,7 @@ struct vd_impostors {
     vd_frame *front; /* what is drawn itself, over patches */
     size_t front_pixels;
     vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
+    vd_buffer order;  /* for sorting what is shown */
     vd_buffer depth;  /* of a frame that has none */
     vd_list wishes;   /* vd_impostor_wish */
     vd_frame *canvas; /* where pictures are drawn, of the largest size so far */

@@ -152,6 +152,7 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_release(set->context, set->wishes.data);
     vd_release(set->context, set->quads.data);
     vd_release(set->context, set->depth.memory);
+    vd_release(set->context, set->order.memory);
     vd_display_destroy(&set->display);
     vd_release(set->context, set);
     *impostors = NULL;
@@ -234,8 +235,33 @@ static void add_skirt(const vd_impostors *set, const vd_impostor_view *view,
     }
 }
 
+/* The cells that a node's bounds lie over: ground that they go into. */
+static vd_cells cells_under(const vd_impostors *set, uint32_t node) {
+    const vd_node *n = &set->world->nodes[node];
+    vd_cells in = {0, 0, 0, 0};
+    for (int i = 0; i < 4; i++) {
+        int c, r;
+        vd_world_cell(set->ground.sample_from_world, &set->ground.map,
+                      (i & 1) != 0 ? n->max.x : n->min.x, (i & 2) != 0 ? n->max.y : n->min.y, &c,
+                      &r);
+        const vd_cells at = {c, r, c, r};
+        in = i == 0 ? at : vd_cells_join(&in, &at);
+    }
+    return in;
+}
+
 static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
                            const vd_camera *camera, const vd_impostor_plane *plane, uint32_t node) {
+    vd_pass pass;
+    vd_world_stats stats = {.objects = 0};
+    if (!vd_impostor_is_patch(set, node) && set->ground.count > 0 &&
+        set->world->nodes[node].grounded) {
+        const vd_cells under = cells_under(set, node);
+        const vd_terrain_window window = vd_cells_window(&under);
+        const vd_world_part part = {
+            .ground = &window, .from = &set->world->nodes[node], .mask = true};
+        return vd_world_draw_part(set->renderer, job, camera, &part, set->canvas, &pass, &stats);
+    }
     if (!vd_impostor_is_patch(set, node)) {
         return vd_world_renderer_draw_object(set->renderer, job, camera, set->world->nodes[node].id,
                                              set->canvas, NULL);
@@ -245,8 +271,6 @@ static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_vie
     add_skirt(set, view, plane, &cells);
     const vd_terrain_window window = vd_cells_window(&cells);
     const vd_world_part part = {.ground = &window, .standing = &standing};
-    vd_pass pass;
-    vd_world_stats stats = {.objects = 0};
     return vd_world_draw_part(set->renderer, job, camera, &part, set->canvas, &pass, &stats);
 }
 

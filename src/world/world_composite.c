@@ -132,6 +132,21 @@ static void settle(const band *b, vd_target *tile, bool list, uint8_t shown[TILE
     }
 }
 
+/* Makes the ground's samples transparent. */
+static void clear_ground(const band *b, vd_target *tile) {
+    static const uint16_t nothing[4] = {0, 0, 0, 0};
+    for (int s = 0; s < tile->samples; s++) {
+        for (int y = 0; y < tile->height; y++) {
+            const size_t row = (size_t)s * tile->plane + (size_t)y * tile->stride;
+            for (int x = 0; x < tile->width; x++) {
+                if (tile->id[row + (size_t)x] == b->ground_id) {
+                    memcpy(tile->color + 4 * (row + (size_t)x), nothing, sizeof nothing);
+                }
+            }
+        }
+    }
+}
+
 /* The ground's samples among things: shadows on them. The ground's own picture has its shadows;
  * with one sample a pixel there is nothing else. */
 static void settle_ground(const band *b, vd_target *tile, bool list) {
@@ -140,7 +155,9 @@ static void settle_ground(const band *b, vd_target *tile, bool list) {
         return;
     }
     settle(b, tile, list, shown);
-    if (vd_world_sun_throws(b->renderer)) {
+    if (b->pass->mask) {
+        clear_ground(b, tile);
+    } else if (vd_world_sun_throws(b->renderer)) {
         vd_world_shade_ground(&b->renderer->lighting, tile, b->ground_id, shown, TILE);
     }
 }
@@ -279,6 +296,11 @@ static vd_status draw_ground(vd_world_renderer *renderer, vd_job *job, const vd_
     if (status.code == VD_OK) {
         status = vd_terrain_renderer_draw(renderer->ground, job, pass->camera, renderer->picture,
                                           &pass->stats->terrain);
+    }
+    if (status.code == VD_OK && pass->mask) {
+        vd_frame *picture = renderer->picture;
+        memset(picture->rgba, 0, 4 * picture->stride * (size_t)picture->height);
+        return status;
     }
     return status.code == VD_OK && vd_world_sun_throws(renderer)
                ? vd_parallel_for(renderer->context, job,

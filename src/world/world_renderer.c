@@ -240,6 +240,7 @@ vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job, const vd_
                              vd_world_stats *stats) {
     *pass = begin_pass(renderer, camera, frame, stats);
     pass->ground = true;
+    pass->mask = part->mask;
     vd_frame_forget_objects(frame);
     const vd_terrain_def kept = set_ground(renderer, part->ground, part->sky);
     vd_status status = part->standing != NULL

@@ -67,9 +67,11 @@ typedef struct vd_world_part {
     const vd_terrain_window *ground; /* the cells that are drawn; null: all; VD_TERRAIN_NO_CELLS */
     const vd_cells *standing;        /* objects that stand on these cells: not labels, lines and
                                         particles; null: … */
+    const vd_node *from;             /* … those below and at this node; null: … */
     const uint32_t *nodes;           /* … these placed ones, [count] */
     size_t count;
-    bool sky; /* where nothing is: the sky or the world's background; off: transparent black */
+    bool mask; /* the ground hides what is behind and in it, and is transparent itself */
+    bool sky;  /* where nothing is: the sky or the world's background; off: transparent black */
 } vd_world_part;
 
 /* Gathers single placed nodes for vd_world_draw_over: their labels and particles. */
