@@ -74,8 +74,9 @@ static double area_of(const vd_quad *quad, const vd_frame *frame, double near_m)
 
 static double overdraw_of(const vd_impostors *set, const vd_frame *frame, double near_m) {
     const vd_quad *quads = set->quads.data;
+    const size_t step = set->def.show != VD_IMPOSTOR_SHOW_PICTURES ? 2 : 1; /* tints do not count */
     double pixels = 0.0;
-    for (size_t i = 0; i < set->quads.count; i++) {
+    for (size_t i = 0; i < set->quads.count; i += step) {
         pixels += area_of(&quads[i], frame, near_m);
     }
     return pixels / ((double)frame->width * (double)frame->height);
