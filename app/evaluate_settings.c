@@ -117,7 +117,8 @@ void vd_evaluate_make_table(vd_option table[EVALUATE_COUNT]) {
     for (int i = 0; i < EVALUATE_COUNT; i++) {
         table[i] = i < OPTION_COUNT ? vd_render_table[i] : own[i - OPTION_COUNT];
         const bool taken = i == OPTION_OUTPUT || i == OPTION_PITCH || i == OPTION_DRY_RUN ||
-                           i == OPTION_SAVE_WORLD || i == OPTION_PNG_LEVEL;
+                           i == OPTION_SAVE_WORLD || i == OPTION_PNG_LEVEL ||
+                           i == OPTION_IMPOSTORS || i == OPTION_TOLERANCE || i == OPTION_SHOW;
         if (taken) {
             table[i].key = " "; /* a name that no one can give; its default stays */
             table[i].letter = 0;
@@ -150,73 +151,17 @@ void vd_evaluate_print_help(void) {
     vd_options_print_help(shown, count, stdout);
 }
 
-/* ---- numbers with endings ---------------------------------------------------------------------*/
-
-typedef struct ending {
-    const char *text;
-    double factor;
-} ending;
-
-/* Reads a number with one of the endings; the last of them is "". */
-static bool read_with_ending(const char *text, const ending *endings, double *out) {
-    const size_t length = strlen(text);
-    for (const ending *e = endings;; e++) {
-        const size_t cut = strlen(e->text);
-        char number[64];
-        if (length > cut && length - cut < sizeof number &&
-            strcmp(text + length - cut, e->text) == 0) {
-            memcpy(number, text, length - cut);
-            number[length - cut] = '\0';
-            double value = 0.0;
-            if (vd_read_number(number, &value) && isfinite(value * e->factor)) {
-                *out = value * e->factor;
-                return true;
-            }
-        }
-        if (cut == 0) {
-            return false;
-        }
-    }
-}
-
-static vd_status read_time(const vd_options *options, int index, double least, double most,
-                           double *out) {
-    static const ending endings[] = {{"ms", 1e-3}, {"s", 1.0}, {"", 1.0}};
-    const char *text = options->values[index].text;
-    if (!read_with_ending(text, endings, out) || !(*out >= least && *out <= most)) {
-        return vd_failure(VD_ERROR_ARGUMENT,
-                          "--%s: \"%.40s\" is not a time from %g to %g s; give seconds, such as "
-                          "0.005 or 5ms",
-                          options->table[index].key, text, least, most);
-    }
-    return vd_success();
-}
-
-static vd_status read_bytes(const vd_options *options, int index, double least, double most,
-                            double *out) {
-    static const ending endings[] = {{"k", 1e3}, {"M", 1e6}, {"G", 1e9}, {"", 1.0}};
-    const char *text = options->values[index].text;
-    if (!read_with_ending(text, endings, out) || !(*out >= least && *out <= most)) {
-        return vd_failure(
-            VD_ERROR_ARGUMENT,
-            "--%s: \"%.40s\" is not a number of bytes from %g to %g; give one such as "
-            "2500000 or 2.5M",
-            options->table[index].key, text, least, most);
-    }
-    return vd_success();
-}
-
 static vd_status read_impostors(const vd_options *options, vd_evaluate_settings *out) {
     vd_impostor_def def = vd_impostor_def_default();
     double bytes = 0.0;
     def.tolerance_px = options->values[EVALUATE_TOLERANCE].number;
     def.samples = out->render.samples;
-    vd_status status = read_time(options, EVALUATE_BUDGET, 1e-6, 1e6, &def.budget_s);
+    vd_status status = vd_option_seconds(options, EVALUATE_BUDGET, 1e-6, 1e6, &def.budget_s);
     if (status.code == VD_OK) {
-        status = read_time(options, EVALUATE_LATENCY, 0.0, 60.0, &def.link_latency_s);
+        status = vd_option_seconds(options, EVALUATE_LATENCY, 0.0, 60.0, &def.link_latency_s);
     }
     if (status.code == VD_OK) {
-        status = read_bytes(options, EVALUATE_BANDWIDTH, 0.0, 1e15, &def.link_bytes_per_s);
+        status = vd_option_bytes(options, EVALUATE_BANDWIDTH, 0.0, 1e15, &def.link_bytes_per_s);
     }
     if (status.code == VD_OK && def.link_bytes_per_s > 0.0 && def.link_bytes_per_s < 1.0) {
         status = vd_failure(VD_ERROR_ARGUMENT,
@@ -225,7 +170,7 @@ static vd_status read_impostors(const vd_options *options, vd_evaluate_settings 
                             def.link_bytes_per_s);
     }
     if (status.code == VD_OK) {
-        status = read_bytes(options, EVALUATE_MEMORY, 1048576.0, 1e15, &bytes);
+        status = vd_option_bytes(options, EVALUATE_MEMORY, 1048576.0, 1e15, &bytes);
     }
     def.memory_bytes = (size_t)bytes;
     if (out->is_virtual) {

@@ -127,6 +127,13 @@ bool vd_read_distance(const char *text, double *out);
  * the text is anything else. */
 int vd_read_numbers(const char *text, double *out, int most);
 
+/* Reads an option's time, seconds or with the ending ms or s, or number of bytes, with the endings
+ * k, M and G (thousands). Returns VD_ERROR_ARGUMENT naming the option. */
+VD_MUST_USE vd_status vd_option_seconds(const vd_options *options, int index, double least,
+                                        double most, double *out);
+VD_MUST_USE vd_status vd_option_bytes(const vd_options *options, int index, double least,
+                                      double most, double *out);
+
 /* Writes a text to a file, beside and renamed, or to standard output for "-". */
 VD_MUST_USE vd_status vd_write_text(const char *path, const char *text);
 

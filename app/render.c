@@ -28,6 +28,7 @@ static void print_help(void) {
           "  veduta render dem.tif --eye 45.8786,6.8873,2m --target 45.8326,6.8652 --fov 30\n"
           "  veduta render dragon.ply -o dragon.png\n"
           "  veduta render bunny.obj --wireframe --azimuth 40 --background transparent\n"
+          "  veduta render world.json --impostors --show bounds\n"
           "  veduta render heights.png --height-encoding terrarium --cell-size 30\n"
           "  veduta render dem.tif --sun 90,10 --save dawn.json; veduta render dawn.json -s "
           "640x360\n",
@@ -138,8 +139,9 @@ static vd_status check_outputs(const vd_render_settings *s, const char *save,
 
 vd_status vd_render_make_frame(vd_render_run *run) {
     const vd_render_settings *s = run->settings;
-    unsigned planes =
-        (s->depth != NULL ? VD_PLANE_DEPTH : 0u) | (s->ids != NULL ? VD_PLANE_ID : 0u);
+    /* Impostors are tested by depth. */
+    unsigned planes = (s->depth != NULL || s->impostors ? VD_PLANE_DEPTH : 0u) |
+                      (s->ids != NULL ? VD_PLANE_ID : 0u);
     return vd_frame_create(run->context, s->width, s->height, planes, &run->frame);
 }
 
@@ -181,11 +183,11 @@ static vd_status save(vd_render_run *run, const char *command) {
 static bool report_json(const vd_render_run *run, double seconds) {
     const vd_render_settings *s = run->settings;
     vd_memory_stats memory = vd_context_memory(run->context);
-    json_t *root = json_pack("{s: s, s: i, s: i, s: f, s: f, s: O?, s: O*, s: O*, s: O*, s: O}",
-                             "veduta", vd_version(), "width", s->width, "height", s->height,
-                             "seconds", seconds, "draw_seconds", run->draw_seconds, "camera",
-                             run->camera_all, "terrain", run->terrain, "model", run->model,
-                             "objects", run->objects, "warnings", run->notes.list);
+    json_t *root = json_pack(
+        "{s: s, s: i, s: i, s: f, s: f, s: O?, s: O*, s: O*, s: O*, s: O*, s: O}", "veduta",
+        vd_version(), "width", s->width, "height", s->height, "seconds", seconds, "draw_seconds",
+        run->draw_seconds, "camera", run->camera_all, "terrain", run->terrain, "model", run->model,
+        "objects", run->objects, "impostors", run->impostors, "warnings", run->notes.list);
     bool failed = root == NULL;
     if (s->dry_run) {
         json_int_t bytes = (json_int_t)run->estimated_bytes;
@@ -287,6 +289,7 @@ int vd_render_run_end(vd_render_run *run, const vd_status *status) {
     json_decref(run->terrain);
     json_decref(run->model);
     json_decref(run->objects);
+    json_decref(run->impostors);
     vd_frame_destroy(&run->frame);
     if (run->has_notes) {
         vd_work_end(&run->notes, &run->context, &run->job);

@@ -323,18 +323,17 @@ static bool in_table(const vd_option *table, int count, const char *name, size_t
     return false;
 }
 
-/* Whether an option is given that only models have: a PLY of points is a model too, and is drawn as
- * one when --depth, --ids, --point-size or the like is asked for. */
-static bool asks_for_model(int argc, char **argv) {
+/* An option among the arguments that worlds and models have and particles have not; null: none. */
+static const char *find_other_option(int argc, char **argv) {
     for (int i = 1; i < argc; i++) {
         const char *name = argv[i] + 2;
         if (strncmp(argv[i], "--", 2) == 0 &&
             !in_table(vd_particles_table, PARTICLES_COUNT, name, strcspn(name, "=")) &&
             in_table(vd_render_table, OPTION_COUNT, name, strcspn(name, "="))) {
-            return true;
+            return argv[i];
         }
     }
-    return false;
+    return NULL;
 }
 
 bool vd_render_is_of_particles(int argc, char **argv) {
@@ -344,7 +343,9 @@ bool vd_render_is_of_particles(int argc, char **argv) {
         if (argv[i][0] != '-' && !follows_output) {
             const vd_particle_file kind = vd_particle_file_probe(argv[i]);
             if (kind != VD_PARTICLE_FILE_NONE) {
-                return kind != VD_PARTICLE_FILE_PLY || !asks_for_model(argc, argv);
+                /* A PLY of points is a model too, and is drawn as one when --depth, --ids,
+                 * --point-size or the like is asked for. */
+                return kind != VD_PARTICLE_FILE_PLY || find_other_option(argc, argv) == NULL;
             }
         }
         /* Raw heights say their size, as in --raw 512x512:f32. */
@@ -366,6 +367,13 @@ int vd_command_render_particles(int argc, char **argv) {
         return vd_report(&status, 1);
     }
     status = vd_options_parse(&options, argc, argv);
+    const char *other = status.code == VD_ERROR_ARGUMENT ? find_other_option(argc, argv) : NULL;
+    if (other != NULL) {
+        status = vd_failure(VD_ERROR_ARGUMENT,
+                            "%.*s does not apply to particles alone; leave it out, or name a world "
+                            "file that has them among its \"particles\"",
+                            (int)strcspn(other, "="), other);
+    }
     const bool help = status.code == VD_OK && options.values[PARTICLES_HELP].number != 0.0;
     char *command = vd_quote_command("veduta", argc, argv);
     int code = 0;

@@ -26,6 +26,7 @@ typedef struct vd_render_run {
     json_t *terrain;    /* what was drawn, for --json; null for a model */
     json_t *model;      /* likewise; null for terrain */
     json_t *objects;    /* likewise; null where nothing stands on the terrain */
+    json_t *impostors;  /* likewise; null where it is drawn without them */
     vd_frame_stats stats;
     double draw_seconds;    /* drawing alone; after a dry run the estimate */
     double ready_seconds;   /* dry run: from the start until drawing would begin */

@@ -580,6 +580,9 @@ vd_status vd_render_settings_read(const vd_options *options, vd_render_settings 
         status = vd_model_settings_read(options, &made);
     }
     if (status.code == VD_OK) {
+        status = vd_impostor_settings_read(options, &made);
+    }
+    if (status.code == VD_OK) {
         *out = made;
     }
     return status;

@@ -68,6 +68,10 @@ enum {
     OPTION_SCALE_BAR,
     OPTION_LEGEND,
 
+    OPTION_IMPOSTORS,
+    OPTION_TOLERANCE,
+    OPTION_SHOW,
+
     OPTION_CLASSIC,
     OPTION_HEIGHT,
 
@@ -184,6 +188,10 @@ typedef struct vd_render_settings {
     int label_peaks;
     const char *title; /* null: none */
     bool north_arrow, scale_bar, legend;
+    bool impostors; /* pictures stand in for things */
+    double tolerance_px;
+    bool moving; /* --show: impostors as a moving camera has them */
+    vd_impostor_show show;
     bool is_model; /* the input is a model */
     vd_model_settings model;
     bool classic;
@@ -220,6 +228,10 @@ VD_MUST_USE vd_status vd_model_settings_read(const vd_options *options, vd_rende
 /* Reads the options of lines, labels and furniture, and refuses those of worlds where there is
  * none. Returns VD_ERROR_ARGUMENT naming the option. */
 VD_MUST_USE vd_status vd_world_settings_read(const vd_options *options, vd_render_settings *out);
+
+/* Reads the options of impostors, when all others are read, and refuses them where there can be
+ * none. Returns VD_ERROR_ARGUMENT naming the option. */
+VD_MUST_USE vd_status vd_impostor_settings_read(const vd_options *options, vd_render_settings *out);
 
 /* Reads the camera's options. Returns VD_ERROR_ARGUMENT naming the option. */
 VD_MUST_USE vd_status vd_camera_settings_read(const vd_options *options, vd_camera_settings *out);

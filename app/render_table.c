@@ -19,6 +19,7 @@ static bool is_none(const char *text) {
     "heading, pitch)"
 #define DATA "Data: what a file does not say itself"
 #define WORLD "World: what stands on the terrain; a world file has more of it (docs/world.md)"
+#define IMPOSTORS "Impostors: pictures that stand in for parts of a world (docs/impostors.md)"
 #define CLASSIC "Classic: the Voxel Space picture of 1992, all in map samples"
 #define MODEL                                                                                      \
     "Model: OBJ, PLY, OFF, STL, glTF and others; Picture, Camera, --sun, --sky and --background "  \
@@ -414,6 +415,30 @@ const vd_option vd_render_table[OPTION_COUNT] = {
                        .type = VD_OPTION_FLAG,
                        .fallback = "off",
                        .help = "the colours of the heights (not with --color)"},
+
+    [OPTION_IMPOSTORS] = {.key = "impostors",
+                          .group = IMPOSTORS,
+                          .type = VD_OPTION_SWITCH,
+                          .transient = true,
+                          .help = "draw through impostors, until the picture is the one that is "
+                                  "drawn without them"},
+    [OPTION_TOLERANCE] =
+        {.key = "tolerance",
+         .group = IMPOSTORS,
+         .type = VD_OPTION_REAL,
+         .transient = true,
+         .argument = "PX",
+         .max = 1000,
+         .unit = "pixels",
+         .fallback = "1",
+         .help = "how wrong such a picture may become before it is drawn anew; 0: always"},
+    [OPTION_SHOW] = {.key = "show",
+                     .group = IMPOSTORS,
+                     .type = VD_OPTION_CHOICE,
+                     .transient = true,
+                     .argument = "pictures|bounds|age|error",
+                     .help = "leave the pictures as a moving camera has them, and lay over each "
+                             "where it is, how old or how wrong"},
 
     [OPTION_CLASSIC] =
         {.key = "classic",

@@ -1,7 +1,7 @@
 /* render_world.c: a view of a world: elevation data, and what stands on it. */
 #include <string.h>
 
-#include "world_scene.h"
+#include "render_impostors.h"
 
 static json_t *describe_terrain(const vd_scene *scene) {
     const vd_heightfield *t = scene->terrain;
@@ -150,19 +150,22 @@ static vd_status draw(vd_render_run *run, vd_world_scene *w, const vd_camera *ca
     double start = vd_seconds_now();
     vd_progress_start(&progress, run->job, s->quiet);
     status = vd_world_scene_renderer(w, run->job, &renderer);
+    bool empty = false;
     if (status.code == VD_OK) {
-        status = vd_world_renderer_draw(renderer, run->job, camera, run->frame, &stats);
+        status = s->impostors
+                     ? vd_render_by_impostors(run, w, renderer, camera, &empty)
+                     : vd_world_renderer_draw(renderer, run->job, camera, run->frame, &stats);
     }
     vd_world_renderer_destroy(&renderer);
     vd_progress_stop(&progress);
     run->draw_seconds = vd_seconds_now() - start;
     run->stats = stats.terrain;
-    if (status.code == VD_OK) {
+    if (status.code == VD_OK && !s->impostors) {
+        /* The terrain is one of the objects. */
+        const uint64_t ground = w->scene.terrain != NULL ? 1 : 0;
+        empty = stats.terrain.hits == 0 && stats.drawn <= ground;
         status = describe_objects(run, w, &stats);
     }
-    /* The terrain is one of the objects. */
-    const uint64_t ground = w->scene.terrain != NULL ? 1 : 0;
-    const bool empty = stats.terrain.hits == 0 && stats.drawn <= ground;
     return status.code == VD_OK && empty ? explain_empty(run, w, camera) : status;
 }
 

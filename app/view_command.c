@@ -9,16 +9,10 @@
 #include "render_run.h"
 #include "window.h"
 
-enum {
-    VIEW_JOIN = OPTION_COUNT,
-    VIEW_FULL_SCREEN,
-    VIEW_IMPOSTORS,
-    VIEW_TOLERANCE,
-    VIEW_FRAMES,
-    VIEW_COUNT
-};
+enum { VIEW_JOIN = OPTION_COUNT, VIEW_FULL_SCREEN, VIEW_BUDGET, VIEW_FRAMES, VIEW_COUNT };
 
 #define WINDOW "Window"
+#define IMPOSTORS "Impostors"
 
 static const vd_option own[VIEW_COUNT - OPTION_COUNT] = {
     {.key = "join",
@@ -30,19 +24,13 @@ static const vd_option own[VIEW_COUNT - OPTION_COUNT] = {
      .group = WINDOW,
      .type = VD_OPTION_SWITCH,
      .help = "begin with a window as large as the screen (F11)"},
-    {.key = "impostors",
-     .group = WINDOW,
-     .type = VD_OPTION_SWITCH,
-     .help = "while the camera moves pictures stand in for things as long as they are right "
-             "(docs/impostors.md)"},
-    {.key = "tolerance",
-     .group = WINDOW,
-     .type = VD_OPTION_REAL,
-     .argument = "PX",
-     .max = 1000,
-     .unit = "pixels",
-     .fallback = "1",
-     .help = "how wrong such a picture may become before it is drawn anew; 0: always"},
+    {.key = "budget",
+     .group = IMPOSTORS,
+     .type = VD_OPTION_TEXT,
+     .argument = "T",
+     .unit = "seconds, or with ending: 5ms",
+     .fallback = "5ms",
+     .help = "how long pictures are drawn for every frame that is shown"},
     {.key = "frames",
      .group = WINDOW,
      .type = VD_OPTION_INTEGER,
@@ -67,6 +55,11 @@ static void make_table(vd_option table[VIEW_COUNT]) {
     memcpy(table + OPTION_COUNT, own, sizeof own);
     table[OPTION_SIZE].fallback = "1280x720";
     table[OPTION_SIZE].help = "width and height of the window at first";
+    table[OPTION_IMPOSTORS].group = table[OPTION_TOLERANCE].group = IMPOSTORS;
+    table[OPTION_SHOW].group = IMPOSTORS;
+    table[OPTION_IMPOSTORS].help = "while the camera moves pictures stand in for things as long as "
+                                   "they are right (docs/impostors.md)";
+    table[OPTION_SHOW].help = "what lies over each at first: where it is, how old or how wrong (V)";
 }
 
 static void print_help(const vd_option *table) {
@@ -133,19 +126,30 @@ static vd_status check(const vd_options *options, const vd_render_settings *sett
     return vd_success();
 }
 
+/* How impostors are shown; the window itself draws the picture of a camera that rests. */
+static vd_status read_impostors(const vd_options *options, const vd_render_settings *settings,
+                                vd_impostor_def *out) {
+    *out = vd_impostor_def_default();
+    out->tolerance_px = settings->tolerance_px;
+    out->samples = settings->samples;
+    out->show = settings->show;
+    out->settle = false;
+    if (!settings->impostors && vd_options_given(options, VIEW_BUDGET)) {
+        return vd_failure(VD_ERROR_ARGUMENT, "--budget is about impostors, and there are none; add "
+                                             "--impostors, or leave it out");
+    }
+    return vd_option_seconds(options, VIEW_BUDGET, 1e-6, 1e6, &out->budget_s);
+}
+
 static vd_status run(vd_options *options, const vd_render_settings *settings,
-                     const vd_world_content *content) {
+                     const vd_world_content *content, const vd_impostor_def *impostors) {
     vd_notes notes;
     vd_status status = vd_render_notes_begin(&notes, settings->quiet, options->note, content);
     if (status.code != VD_OK) {
         return status;
     }
-    vd_impostor_def impostors = vd_impostor_def_default();
-    impostors.tolerance_px = options->values[VIEW_TOLERANCE].number;
-    impostors.samples = settings->samples;
-    const bool by_impostors = options->values[VIEW_IMPOSTORS].number != 0.0;
     const vd_window_def def = {.options = options,
-                               .impostors = by_impostors ? &impostors : NULL,
+                               .impostors = settings->impostors ? impostors : NULL,
                                .settings = *settings,
                                .content = content,
                                .join = joins(options, content),
@@ -169,15 +173,18 @@ int vd_command_view(int argc, char **argv) {
         return vd_report(&status, 1);
     }
     status = vd_render_read_options(argc, argv, &options, &settings, &content, &help);
-    int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
+    vd_impostor_def impostors;
+    if (status.code == VD_OK && !help) {
+        status = read_impostors(&options, &settings, &impostors);
+    }
     if (status.code == VD_OK && !help) {
         status = check(&options, &settings, &content);
-        code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     }
+    int code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     if (help) {
         print_help(table);
     } else if (status.code == VD_OK) {
-        status = run(&options, &settings, &content);
+        status = run(&options, &settings, &content, &impostors);
         code = 1;
     }
     code = status.code == VD_OK ? 0 : vd_report(&status, code);
