@@ -116,6 +116,11 @@ void vd_window_flags(const vd_window *w, char *out, size_t out_bytes) {
     vd_look_flags(w->options, &w->worlds[w->world].defaults, look, sizeof look);
     const size_t used = strlen(out);
     snprintf(out + used, out_bytes - used, " --size %dx%d%s", w->width, w->height, look);
+    if (w->def->impostors != NULL && w->show != VD_IMPOSTOR_SHOW_PICTURES) {
+        const size_t end = strlen(out);
+        snprintf(out + end, out_bytes - end, " --impostors --show %s --tolerance %.10g",
+                 vd_impostor_show_name(w->show), w->settings.tolerance_px);
+    }
 }
 
 static void ask(vd_window *w, bool moving) {
@@ -126,6 +131,8 @@ static void ask(vd_window *w, bool moving) {
                                  .width = w->width,
                                  .height = w->height,
                                  .moving = moving,
+                                 .show = w->show,
+                                 .frozen = w->frozen,
                                  .threads = w->threads,
                                  .event_s = w->change_s};
     snprintf(request.input, sizeof request.input, "%s", world->input != NULL ? world->input : "");
@@ -555,6 +562,7 @@ vd_status vd_window_run(const vd_window_def *def) {
     w->def = def;
     w->options = def->options;
     w->settings = def->settings;
+    w->show = def->impostors != NULL ? def->settings.show : VD_IMPOSTOR_SHOW_PICTURES;
     w->motion = vd_motion_start();
     w->sliding = VD_LIVE_COUNT;
     w->running = true;

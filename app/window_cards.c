@@ -131,6 +131,8 @@ void vd_cards_show_help(vd_cards *cards) {
         {"P", "options"},
         {"T", "the sun moves"},
         {"M", "method"},
+        {"V", "impostors: bounds, age, error"},
+        {"X", "impostors are kept, the camera moves"},
         {"[ ]", "threads"},
         {"C", "print and copy the camera as flags"},
         {"F9", "record a path, and end it"},
@@ -211,9 +213,27 @@ bool vd_cards_panel_at(const vd_cards *cards, int x, int y, vd_live *live, doubl
 /* ---- times -------------------------------------------------------------------------------------
  */
 
+/* Two lines: how many are what, and how well they do. */
+static void put_impostors(vd_cards *cards, const vd_card_times *t, double y) {
+    const vd_impostor_stats *s = t->impostors;
+    const double drawn = s->pixels_drawn > 0 ? (double)s->pixels_drawn : 1.0;
+    char line[160];
+    snprintf(line, sizeof line, "%llu shown  %llu direct  %llu waiting%s",
+             (unsigned long long)s->shown, (unsigned long long)s->direct,
+             (unsigned long long)s->waiting, t->frozen ? "  kept" : "");
+    put(cards, 20, y, 9, ink, line);
+    snprintf(line, sizeof line, "R %.1f  D %.2f  %.2f px", (double)s->pixels_shown / drawn,
+             s->overdraw, s->error_px);
+    put(cards, 20, y + 19, 9, ink, line);
+    if (s->failed > 0) {
+        snprintf(line, sizeof line, "%llu failed", (unsigned long long)s->failed);
+        put(cards, 200, y + 19, 9, orange, line);
+    }
+}
+
 void vd_cards_show_times(vd_cards *cards, const vd_card_times *t) {
     const double width = 2.0 * VD_TIMES_COUNT / 2 + 40, top = 20, graph = 90;
-    if (!begin(cards, VD_CARD_TIMES, width, 210)) {
+    if (!begin(cards, VD_CARD_TIMES, width, t->impostors != NULL ? 250 : 210)) {
         return;
     }
     cards->cards[VD_CARD_TIMES].said[0] = '\0';
@@ -239,6 +259,9 @@ void vd_cards_show_times(vd_cards *cards, const vd_card_times *t) {
     snprintf(line, sizeof line, "convert %.1f show %.1f late %.1f", 1e3 * t->convert_s,
              1e3 * t->show_s, 1e3 * t->latency_s);
     put(cards, 20, top + graph + 79, 9, faint, line);
+    if (t->impostors != NULL) {
+        put_impostors(cards, t, top + graph + 98);
+    }
     finish(cards, VD_CARD_TIMES);
 }
 

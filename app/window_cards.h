@@ -44,6 +44,8 @@ typedef struct vd_card_times {
     double scale;           /* of the last moving picture's side */
     double look_s, draw_s, convert_s, show_s, latency_s;
     int width, height, threads;
+    const vd_impostor_stats *impostors; /* null: none */
+    bool frozen;
 } vd_card_times;
 
 void vd_cards_show_times(vd_cards *cards, const vd_card_times *times);

@@ -160,6 +160,24 @@ static void toggle_sun(vd_window *w) {
     vd_window_touch(w);
 }
 
+/* What lies over impostors, and whether they are kept while the camera moves. */
+static void look_at_impostors(vd_window *w, SDL_Keycode key) {
+    if (w->def->impostors == NULL) {
+        vd_window_note(w, "there are no impostors; begin with veduta view --impostors");
+        return;
+    }
+    if (key == SDLK_v) {
+        w->show = (vd_impostor_show)((w->show + 1) % VD_IMPOSTOR_SHOW_COUNT);
+        vd_window_note(w, "over impostors: %s",
+                       w->show != VD_IMPOSTOR_SHOW_PICTURES ? vd_impostor_show_name(w->show)
+                                                            : "nothing");
+    } else {
+        w->frozen = !w->frozen;
+        vd_window_note(w, w->frozen ? "impostors are kept as they are" : "impostors follow again");
+    }
+    vd_window_touch(w);
+}
+
 static void press(vd_window *w, SDL_Keycode key) {
     if (key >= SDLK_1 && key <= SDLK_9) {
         const int number = (int)(key - SDLK_1);
@@ -193,6 +211,10 @@ static void press(vd_window *w, SDL_Keycode key) {
         break;
     case SDLK_m:
         next_method(w);
+        break;
+    case SDLK_v:
+    case SDLK_x:
+        look_at_impostors(w, key);
         break;
     case SDLK_LEFTBRACKET:
     case SDLK_RIGHTBRACKET:

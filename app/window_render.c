@@ -249,8 +249,10 @@ static vd_status draw(vd_window_render *render, const vd_window_request *request
     }
     const double looked = vd_seconds_now();
     if (status.code == VD_OK) {
-        status = scene->draw(scene->user, render->job, &view->camera,
-                             exact ? VD_WINDOW_STILL : VD_WINDOW_MOVING, render->frame);
+        const vd_window_way way = {exact ? VD_WINDOW_STILL : VD_WINDOW_MOVING, request->show,
+                                   request->frozen};
+        status = scene->draw(scene->user, render->job, &view->camera, &way, render->frame);
+        picture->by_impostors = scene->impostors(scene->user, &picture->impostors);
     }
     const double drawn = vd_seconds_now();
     if (status.code == VD_OK) {

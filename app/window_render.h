@@ -29,6 +29,8 @@ typedef struct vd_window_request {
     vd_camera_settings camera;
     int width, height; /* pixels */
     bool moving;
+    vd_impostor_show show; /* over impostors, and whether they are kept */
+    bool frozen;
     int threads;
     double event_s;   /* vd_seconds_now of what led to it */
     char flags[2048]; /* the same picture by `veduta render` */
@@ -42,6 +44,8 @@ typedef struct vd_window_picture {
     double scale;
     double event_s;                   /* of its request */
     double look_s, draw_s, convert_s; /* what its stages took */
+    bool by_impostors;                /* there are some, and what they did last: */
+    vd_impostor_stats impostors;
 } vd_window_picture;
 
 typedef enum vd_world_state {

@@ -18,6 +18,7 @@ typedef struct world {
     bool by_impostors; /* while moving */
     vd_impostor_def impostor_def;
     vd_impostors *impostors;   /* of the renderer; made when the camera first moves */
+    vd_impostor_stats stats;   /* of the last picture by them */
     vd_render_settings looked; /* as last taken over */
     char colormap[256];        /* its name there */
     double auto_haze_m;
@@ -26,31 +27,54 @@ typedef struct world {
     _Atomic double exaggeration; /* `ground` is asked from another thread */
 } world;
 
-static vd_status draw_impostors(world *w, vd_job *job, const vd_camera *camera, vd_frame *frame) {
+/* So many updates at most until a camera that rests has all its pictures. */
+enum { MOST_UPDATES = 400 };
+
+static vd_status draw_impostors(world *w, vd_job *job, const vd_camera *camera,
+                                const vd_window_way *way, vd_frame *frame) {
     vd_status status = vd_success();
-    if (w->impostors == NULL) {
+    const bool fresh = w->impostors == NULL;
+    if (fresh) {
         status = vd_impostors_create(w->context, w->scene->world, w->renderer, &w->impostor_def,
                                      &w->impostors);
     }
     if (status.code == VD_OK) {
-        status = vd_impostors_update(w->impostors, job, camera, frame->width, frame->height,
-                                     vd_seconds_now(), NULL);
+        status = vd_impostors_set_show(w->impostors, way->show);
     }
-    return status.code == VD_OK ? vd_impostors_draw(w->impostors, job, camera, frame, NULL)
+    if (status.code != VD_OK) {
+        return status;
+    }
+    /* What is kept must have been there: after a change of light all are new. */
+    vd_impostors_freeze(w->impostors, way->frozen && !fresh);
+    bool again = true;
+    for (int i = 0; i < MOST_UPDATES && again && status.code == VD_OK; i++) {
+        status = vd_impostors_update(w->impostors, job, camera, frame->width, frame->height,
+                                     vd_seconds_now(), &w->stats);
+        again = way->quality == VD_WINDOW_STILL && !(way->frozen && !fresh) &&
+                (w->stats.drawn > 0 || w->stats.waiting > 0);
+    }
+    return status.code == VD_OK ? vd_impostors_draw(w->impostors, job, camera, frame, &w->stats)
                                 : status;
 }
 
-static vd_status draw(void *user, vd_job *job, const vd_camera *camera, vd_window_quality quality,
+static vd_status draw(void *user, vd_job *job, const vd_camera *camera, const vd_window_way *way,
                       vd_frame *frame) {
     world *w = user;
-    vd_status status =
-        vd_world_renderer_set_samples(w->renderer, quality == VD_WINDOW_MOVING ? 1 : w->samples);
-    if (status.code == VD_OK && w->by_impostors && quality == VD_WINDOW_MOVING &&
+    const bool moving = way->quality == VD_WINDOW_MOVING;
+    const bool looked_at = way->show != VD_IMPOSTOR_SHOW_PICTURES || way->frozen;
+    vd_status status = vd_world_renderer_set_samples(w->renderer, moving ? 1 : w->samples);
+    if (status.code == VD_OK && w->by_impostors && (moving || looked_at) &&
         camera->projection == VD_PROJECTION_PERSPECTIVE) {
-        return draw_impostors(w, job, camera, frame);
+        return draw_impostors(w, job, camera, way, frame);
     }
     return status.code == VD_OK ? vd_world_renderer_draw(w->renderer, job, camera, frame, NULL)
                                 : status;
+}
+
+static bool impostors(void *user, vd_impostor_stats *out) {
+    const world *w = user;
+    *out = w->stats;
+    return w->impostors != NULL;
 }
 
 static double ground(void *user, double x, double y) {
@@ -202,7 +226,7 @@ static vd_status settle_view(world *w, vd_render_run *run, vd_window_scene *out)
 }
 
 vd_status vd_window_scene_open(vd_context *context, vd_job *job, const vd_render_settings *settings,
-                               const vd_world_content *content, const vd_impostor_def *impostors,
+                               const vd_world_content *content, const vd_impostor_def *def,
                                vd_window_stage_function *stage, void *stage_user,
                                vd_window_scene *out) {
     world *w = calloc(1, sizeof *w);
@@ -211,13 +235,17 @@ vd_status vd_window_scene_open(vd_context *context, vd_job *job, const vd_render
     }
     w->context = context;
     w->content = content;
-    w->by_impostors = impostors != NULL;
-    w->impostor_def = impostors != NULL ? *impostors : vd_impostor_def_default();
+    w->by_impostors = def != NULL;
+    w->impostor_def = def != NULL ? *def : vd_impostor_def_default();
     vd_render_settings s = *settings;
     s.allow_empty = true; /* a camera that shows nothing can be flown on */
     vd_render_run run = {.settings = &s, .content = content, .context = context, .job = job};
-    vd_window_scene made = {
-        .user = w, .draw = draw, .look = look, .ground = ground, .destroy = destroy};
+    vd_window_scene made = {.user = w,
+                            .draw = draw,
+                            .impostors = impostors,
+                            .look = look,
+                            .ground = ground,
+                            .destroy = destroy};
     stage(stage_user, "reading");
     vd_status status = vd_world_scene_load(&run, &w->scene);
     if (status.code == VD_OK) {

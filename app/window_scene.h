@@ -14,12 +14,23 @@ typedef enum vd_window_quality {
     VD_WINDOW_STILL       /* what `veduta render` draws, to the byte */
 } vd_window_quality;
 
+/* How a picture is drawn. Where impostors are laid over or kept they are shown at rest, too: that
+ * is what is to be seen. */
+typedef struct vd_window_way {
+    vd_window_quality quality;
+    vd_impostor_show show; /* over impostors */
+    bool frozen;           /* impostors stay as they are, whatever the camera does */
+} vd_window_way;
+
 typedef struct vd_window_scene {
     void *user;
 
     /* Draws a picture into all of the frame. */
-    vd_status (*draw)(void *user, vd_job *job, const vd_camera *camera, vd_window_quality quality,
+    vd_status (*draw)(void *user, vd_job *job, const vd_camera *camera, const vd_window_way *way,
                       vd_frame *frame);
+
+    /* What impostors did for the last picture that was drawn by them; false: none was. */
+    bool (*impostors)(void *user, vd_impostor_stats *out);
 
     /* Takes over the settings that can change while it is looked at: sun, haze, exaggeration,
      * samples, filter, shadows, colours, method. Derives anew what hangs on a changed one, and

@@ -49,7 +49,9 @@ static void update_times(vd_window *w, const vd_window_picture *picture) {
                                  .latency_s = w->latency_s,
                                  .width = picture->width,
                                  .height = picture->height,
-                                 .threads = w->threads};
+                                 .threads = w->threads,
+                                 .impostors = picture->by_impostors ? &picture->impostors : NULL,
+                                 .frozen = w->frozen};
     vd_cards_show_times(w->cards, &times);
 }
 

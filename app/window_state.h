@@ -48,8 +48,10 @@ typedef struct vd_window {
 
     vd_motion motion;
     bool held[VD_WINDOW_HELD];
-    bool looking;    /* the mouse turns the camera */
-    vd_live sliding; /* the mouse moves this slider; VD_LIVE_COUNT: none */
+    bool looking;          /* the mouse turns the camera */
+    vd_live sliding;       /* the mouse moves this slider; VD_LIVE_COUNT: none */
+    vd_impostor_show show; /* over impostors */
+    bool frozen;           /* they are kept as they are */
     bool sun_moves;
     double sun_hour;
     vd_recording recording;

@@ -350,8 +350,20 @@ static void wait_for_file(const char *path) {
     }
 }
 
-/* Renders with the flags that C printed and compares with a screenshot. */
-static void compare_with_render(const char *input, const char *camera, const char *shot) {
+/* Pixels of two pictures that differ by more than a threshold of 255. */
+static uint64_t differing(const char *one, const char *other, double threshold) {
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_picture *a = load(context, one), *b = load(context, other);
+    vd_comparison difference;
+    assert_ok(vd_picture_compare(a, b, threshold, &difference, NULL));
+    vd_picture_destroy(&a);
+    vd_picture_destroy(&b);
+    vd_context_destroy(&context);
+    return difference.differing_pixels;
+}
+
+/* Renders with the flags that C printed, to render.png. */
+static void render_camera(const char *input, const char *camera) {
     const char *arguments[80] = {program, "render", input, "-q", "-o", "render.png"};
     int count = 6;
     char flags[2048];
@@ -360,17 +372,16 @@ static void compare_with_render(const char *input, const char *camera, const cha
         arguments[count++] = at;
     }
     assert_int_equal(finish(spawn(arguments, "run.txt", "run-err.txt", -1), 60), 0);
-    vd_context *context = test_context(1, VD_ISA_AUTO);
-    vd_picture *a = load(context, shot), *b = load(context, "render.png");
-    vd_comparison difference;
-    assert_ok(vd_picture_compare(a, b, 0.0, &difference, NULL));
-    if (difference.differing_pixels != 0) {
-        fail_msg("%llu pixels of %s differ from render %s",
-                 (unsigned long long)difference.differing_pixels, shot, camera);
+}
+
+/* Renders likewise and compares with a screenshot. */
+static void compare_with_render(const char *input, const char *camera, const char *shot) {
+    render_camera(input, camera);
+    const uint64_t pixels = differing(shot, "render.png", 0.0);
+    if (pixels != 0) {
+        fail_msg("%llu pixels of %s differ from render %s", (unsigned long long)pixels, shot,
+                 camera);
     }
-    vd_picture_destroy(&a);
-    vd_picture_destroy(&b);
-    vd_context_destroy(&context);
 }
 
 static void screenshots_are_what_render_draws(void **unused) {
@@ -438,6 +449,99 @@ static void worlds_are_shown_by_impostors(void **unused) {
     key("F12");
     wait_for_file("veduta-view-0001.png");
     compare_with_render(village, camera, "veduta-view-0001.png");
+    close_viewer();
+}
+
+/* Processor time of a process, seconds. */
+static double processor_seconds(pid_t process) {
+    char path[64], text[1024];
+    snprintf(path, sizeof path, "/proc/%ld/schedstat", (long)process);
+    double sum = 0.0;
+    snprintf(path, sizeof path, "/proc/%ld/stat", (long)process);
+    read_back(path, text, sizeof text);
+    const char *at = strrchr(text, ')');
+    unsigned long user = 0, kernel = 0;
+    assert_non_null(at);
+    assert_int_equal(
+        sscanf(at + 1, " %*c %*d %*d %*d %*d %*d %*u %*u %*u %*u %*u %lu %lu", &user, &kernel), 2);
+    sum = (double)(user + kernel) / (double)sysconf(_SC_CLK_TCK);
+    return sum;
+}
+
+/* Fails when the window works although nothing happens. */
+static void expect_rest(double seconds) {
+    const double before = processor_seconds(viewer);
+    rest(seconds);
+    const double spent = processor_seconds(viewer) - before;
+    if (spent > 0.02) {
+        fail_msg("%.0f ms of processor time in %g s of rest", 1e3 * spent, seconds);
+    }
+}
+
+/* V lays over impostors what they are, X keeps them while the camera moves. */
+static void impostors_are_looked_at(void **unused) {
+    (void)unused;
+    NEEDS_DISPLAY();
+    static const char *const village = VEDUTA_SOURCE_DIR "/example/worlds/village.json";
+    static const char *const overlays[] = {"bounds", "age", "error"};
+    const uint64_t all = 640 * 360;
+    char camera[2048], again[2048], name[32];
+    for (int i = 1; i <= 6; i++) {
+        snprintf(name, sizeof name, "veduta-view-%04d.png", i);
+        remove(name);
+    }
+    VIEW(village, "--impostors", "--budget", "2ms");
+    wait_until_ready();
+    key("Tab"); /* with what impostors do */
+    camera_at_rest(camera);
+    assert_null(strstr(camera, "--impostors"));
+    for (int i = 0; i < 3; i++) {
+        key("v");
+        ask_camera(again);
+        snprintf(name, sizeof name, "--impostors --show %s ", overlays[i]);
+        assert_non_null(strstr(again, name));
+        key("F12");
+        snprintf(name, sizeof name, "veduta-view-%04d.png", i + 1);
+        wait_for_file(name);
+        if (i == 0) { /* what was made on the way is right to the tolerance */
+            render_camera(village, again);
+            assert_true(differing(name, "render.png", 60.0) < all / 20);
+        }
+        render_camera(village, camera);
+        assert_true(differing(name, "render.png", 8.0) > all / 4);
+    }
+    rest(4.5); /* the note about C goes after four seconds */
+    expect_rest(1.0);
+    key("v");
+    ask_camera(again);
+    assert_string_equal(again, camera);
+    key("x");
+    assert_int_equal(RUN(10, "xdotool", "keydown", "d"), 0);
+    rest(0.6);
+    assert_int_equal(RUN(10, "xdotool", "keyup", "d"), 0);
+    camera_at_rest(camera);
+    key("F12");
+    wait_for_file("veduta-view-0004.png");
+    render_camera(village, camera);
+    assert_true(differing("veduta-view-0004.png", "render.png", 8.0) > all / 20);
+    rest(4.5);
+    expect_rest(1.0);
+    key("x");
+    key("F12");
+    wait_for_file("veduta-view-0005.png");
+    compare_with_render(village, camera, "veduta-view-0005.png");
+    rest(4.5);
+    expect_rest(1.0);
+    close_viewer();
+    /* Without them there is nothing to be seen of them. */
+    VIEW(world);
+    wait_until_ready();
+    key("v");
+    key("x");
+    key("F12");
+    wait_for_file("veduta-view-0006.png");
+    ask_camera(camera);
+    compare_with_render(world, camera, "veduta-view-0006.png");
     close_viewer();
 }
 
@@ -573,34 +677,13 @@ static void paths_are_recorded(void **unused) {
     assert_in_range(keyframes, 3, 8);
 }
 
-/* Processor time of a process, seconds. */
-static double processor_seconds(pid_t process) {
-    char path[64], text[1024];
-    snprintf(path, sizeof path, "/proc/%ld/schedstat", (long)process);
-    double sum = 0.0;
-    snprintf(path, sizeof path, "/proc/%ld/stat", (long)process);
-    read_back(path, text, sizeof text);
-    const char *at = strrchr(text, ')');
-    unsigned long user = 0, kernel = 0;
-    assert_non_null(at);
-    assert_int_equal(
-        sscanf(at + 1, " %*c %*d %*d %*d %*d %*d %*u %*u %*u %*u %*u %lu %lu", &user, &kernel), 2);
-    sum = (double)(user + kernel) / (double)sysconf(_SC_CLK_TCK);
-    return sum;
-}
-
 static void it_rests_when_nothing_happens(void **unused) {
     (void)unused;
     NEEDS_DISPLAY();
     VIEW(world);
     wait_until_ready();
     rest(6.0); /* the note about C goes after four seconds */
-    const double before = processor_seconds(viewer);
-    rest(5.0);
-    const double spent = processor_seconds(viewer) - before;
-    if (spent > 0.02) {
-        fail_msg("%.0f ms of processor time in 5 s of rest", 1e3 * spent);
-    }
+    expect_rest(5.0);
     close_viewer();
 }
 
@@ -778,6 +861,7 @@ int main(void) {
         cmocka_unit_test_teardown(every_key_does_something, no_viewer),
         cmocka_unit_test_teardown(screenshots_are_what_render_draws, no_viewer),
         cmocka_unit_test_teardown(worlds_are_shown_by_impostors, no_viewer),
+        cmocka_unit_test_teardown(impostors_are_looked_at, no_viewer),
         cmocka_unit_test_teardown(the_mouse_turns_and_sets, no_viewer),
         cmocka_unit_test_teardown(worlds_are_switched, no_viewer),
         cmocka_unit_test_teardown(the_window_is_resized, no_viewer),
