@@ -31,7 +31,9 @@ static void print_help(void) {
         "  veduta evaluate forest/forest.json data/paths/walk.json --bandwidth 2M --latency 50ms\n"
         "  veduta evaluate world.json path.json -o report.json --plot error.svg --worst "
         "worst.png\n"
-        "  veduta evaluate world.json path.json --virtual --json\n",
+        "  veduta evaluate world.json path.json --virtual --json\n"
+        "  veduta evaluate world.json path.json --only impostors --most-px 64 "
+        "--reference-samples 8\n",
         stdout);
 }
 

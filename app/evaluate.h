@@ -15,17 +15,29 @@ enum {
     EVALUATE_TOLERANCE = OPTION_COUNT,
     EVALUATE_BUDGET,
     EVALUATE_MEMORY,
+    EVALUATE_MOST_PX,
+    EVALUATE_LEAST_REUSE,
+    EVALUATE_FADE,
     EVALUATE_BANDWIDTH,
     EVALUATE_LATENCY,
     EVALUATE_RATE,
     EVALUATE_SECONDS,
     EVALUATE_COMPARE,
+    EVALUATE_ONLY,
+    EVALUATE_REFERENCE_SAMPLES,
     EVALUATE_VIRTUAL,
     EVALUATE_OUTPUT,
     EVALUATE_PLOT,
     EVALUATE_WORST,
     EVALUATE_COUNT
 };
+
+typedef enum vd_evaluated {
+    VD_EVALUATED_IMPOSTORS = 0,
+    VD_EVALUATED_SCREEN,
+    VD_EVALUATED_NO_REUSE,
+    VD_EVALUATED_COUNT
+} vd_evaluated;
 
 typedef struct vd_evaluate_settings {
     vd_render_settings render; /* the world and its look */
@@ -34,7 +46,9 @@ typedef struct vd_evaluate_settings {
     const char *output, *plot, *worst; /* files; null: none */
     vd_impostor_def impostors;
     double rate_hz, compare_hz;
-    double seconds; /* 0: as long as the path */
+    double seconds;           /* 0: as long as the path */
+    vd_evaluated first, last; /* the programs that run */
+    int reference_samples;    /* a pixel, of perfect frames */
     bool is_virtual;
 } vd_evaluate_settings;
 
@@ -48,13 +62,6 @@ VD_MUST_USE vd_status vd_evaluate_settings_read(const vd_options *options, const
                                                 vd_evaluate_settings *out);
 
 /* ---- a run ------------------------------------------------------------------------------------*/
-
-typedef enum vd_evaluated {
-    VD_EVALUATED_IMPOSTORS = 0,
-    VD_EVALUATED_SCREEN,
-    VD_EVALUATED_NO_REUSE,
-    VD_EVALUATED_COUNT
-} vd_evaluated;
 
 /* Of one program. Sums are over displayed frames until they are divided. */
 typedef struct vd_evaluated_figures {
@@ -81,10 +88,11 @@ typedef struct vd_evaluation {
     double seconds;
     int compared; /* moments */
     vd_evaluated_figures of[VD_EVALUATED_COUNT];
-    vd_frame *worst; /* of the impostors, where it was asked for */
+    vd_frame *worst; /* of the first program, where it was asked for */
 } vd_evaluation;
 
-/* Runs all three. vd_evaluation_finish is due also after a failure. */
+/* Runs the programs of the settings, one beside the other. vd_evaluation_finish is due also after a
+ * failure. */
 VD_MUST_USE vd_status vd_evaluation_run(vd_evaluation *evaluation);
 void vd_evaluation_finish(vd_evaluation *evaluation);
 

@@ -8,6 +8,10 @@
 static const char *const keys[VD_EVALUATED_COUNT] = {"impostors", "screen", "no_reuse"};
 static const char *const names[VD_EVALUATED_COUNT] = {"impostors", "whole screens", "no reuse"};
 
+static bool runs(const vd_evaluation *e, int kind) {
+    return kind >= (int)e->settings->first && kind <= (int)e->settings->last;
+}
+
 /* Without reuse a frame counts when all its pictures are new. */
 static double fps_of(const vd_evaluation *e, int kind) {
     const vd_evaluated_figures *f = &e->of[kind];
@@ -36,13 +40,32 @@ static bool add_times(const vd_evaluation *e, json_t *root, int kind) {
            (kind == VD_EVALUATED_SCREEN || add(root, "show_ms", json_real(1e3 * f->show_s)));
 }
 
+/* What only impostors have. */
+static bool add_impostors(const vd_evaluation *e, json_t *root, int kind) {
+    const vd_evaluated_figures *f = &e->of[kind];
+    return kind == VD_EVALUATED_SCREEN ||
+           (add(root, "reuse", json_real(f->reuse)) &&
+            add(root, "overdraw", json_real(f->overdraw)) &&
+            add(root, "uploads_per_s", json_real((double)f->uploads / e->seconds)) &&
+            add(root, "pixels_per_s", json_real((double)f->bytes / 4.0 / e->seconds)) &&
+            add(root, "direct_objects", json_real(f->direct)) &&
+            add(root, "impostors", json_real(f->shown)) &&
+            add(root, "screen_error_px", json_real(f->error_px)) &&
+            add(root, "failed", json_integer((json_int_t)f->failed)) &&
+            add(root, "dropped", json_integer((json_int_t)f->dropped)));
+}
+
+/* Null of a program that did not run. */
 static json_t *part_json(const vd_evaluation *e, int kind) {
+    if (!runs(e, kind)) {
+        return json_null();
+    }
     const vd_evaluated_figures *f = &e->of[kind];
     json_t *root =
         json_pack("{s: f, s: f, s: f, s: f, s: f, s: f}", "fps", fps_of(e, kind), "error", f->error,
                   "worst_error", f->worst_error, "worst_time", f->worst_s, "bytes_per_s",
                   (double)f->bytes / e->seconds, "megabytes_per_frame", megabytes_a_frame(e, kind));
-    if (root != NULL && !add_times(e, root, kind)) {
+    if (root != NULL && !(add_impostors(e, root, kind) && add_times(e, root, kind))) {
         json_decref(root);
         return NULL;
     }
@@ -52,8 +75,11 @@ static json_t *part_json(const vd_evaluation *e, int kind) {
 static json_t *settings_json(const vd_evaluation *e) {
     const vd_evaluate_settings *s = e->settings;
     json_t *root = json_pack(
-        "{s: i, s: i, s: i, s: f, s: f, s: f, s: f, s: f, s: b, s: f, s: I}", "width",
-        s->render.width, "height", s->render.height, "samples", s->render.samples, "tolerance",
+        "{s: i, s: i, s: i, s: i, s: f, s: f, s: f, s: f, s: f, s: f, s: f, s: f, s: b, s: f, s: "
+        "I}",
+        "width", s->render.width, "height", s->render.height, "samples", s->render.samples,
+        "reference_samples", s->reference_samples, "most_px", s->impostors.most_px, "least_reuse",
+        s->impostors.least_reuse, "fade", s->impostors.fade_s, "tolerance",
         s->impostors.tolerance_px, "bandwidth", s->impostors.link_bytes_per_s, "latency",
         s->impostors.link_latency_s, "rate", s->rate_hz, "compare", s->compare_hz, "virtual",
         (int)s->is_virtual, "seconds", e->seconds, "memory", (json_int_t)s->impostors.memory_bytes);
@@ -76,7 +102,7 @@ static json_t *series_json(const vd_evaluation *e) {
         json_array_append_new(times, json_real(vd_evaluation_time(e, i)));
     }
     bool good = root != NULL && add(root, "time", times);
-    for (int kind = 0; kind < VD_EVALUATED_COUNT && good; kind++) {
+    for (int kind = (int)e->settings->first; kind <= (int)e->settings->last && good; kind++) {
         json_t *errors = json_array();
         for (int i = 0; i < e->compared; i++) {
             json_array_append_new(errors, json_real(e->of[kind].errors[i]));
@@ -91,18 +117,11 @@ static json_t *series_json(const vd_evaluation *e) {
 }
 
 json_t *vd_evaluation_json(const vd_evaluation *e, bool series) {
-    const vd_evaluated_figures *f = &e->of[VD_EVALUATED_IMPOSTORS];
-    json_t *root = part_json(e, VD_EVALUATED_IMPOSTORS);
+    json_t *root = runs(e, VD_EVALUATED_IMPOSTORS)
+                       ? part_json(e, VD_EVALUATED_IMPOSTORS)
+                       : json_pack("{s: n, s: n, s: n, s: n, s: n, s: n}", "fps", "error", "reuse",
+                                   "overdraw", "uploads_per_s", "direct_objects");
     bool good = root != NULL && add(root, "veduta", json_string(vd_version())) &&
-                add(root, "reuse", json_real(f->reuse)) &&
-                add(root, "overdraw", json_real(f->overdraw)) &&
-                add(root, "uploads_per_s", json_real((double)f->uploads / e->seconds)) &&
-                add(root, "pixels_per_s", json_real((double)f->bytes / 4.0 / e->seconds)) &&
-                add(root, "direct_objects", json_real(f->direct)) &&
-                add(root, "impostors", json_real(f->shown)) &&
-                add(root, "screen_error_px", json_real(f->error_px)) &&
-                add(root, "failed", json_integer((json_int_t)f->failed)) &&
-                add(root, "dropped", json_integer((json_int_t)f->dropped)) &&
                 add(root, "screen", part_json(e, VD_EVALUATED_SCREEN)) &&
                 add(root, "no_reuse", part_json(e, VD_EVALUATED_NO_REUSE)) &&
                 add(root, "settings", settings_json(e));
@@ -114,8 +133,27 @@ json_t *vd_evaluation_json(const vd_evaluation *e, bool series) {
     return root;
 }
 
+/* What only impostors have; of those, unless they did not run. */
+static bool print_impostors(const vd_evaluation *e) {
+    const int kind =
+        runs(e, VD_EVALUATED_IMPOSTORS) ? VD_EVALUATED_IMPOSTORS : (int)e->settings->first;
+    const vd_evaluated_figures *f = &e->of[kind];
+    bool good = true;
+    if (kind != VD_EVALUATED_SCREEN) {
+        good =
+            printf("\nreuse          %10.2f\noverdraw       %10.2f\nimpostors      %10.1f a frame\n"
+                   "drawn direct   %10.1f a frame\nuploads        %10.1f a second\n",
+                   f->reuse, f->overdraw, f->shown, f->direct, (double)f->uploads / e->seconds) > 0;
+    }
+    if (!e->settings->is_virtual && f->made > 0) {
+        good = good &&
+               printf("a frame takes  %10.2f ms, %.2f at most; its quads %.2f\n",
+                      1e3 * f->busy_s / (double)f->made, 1e3 * f->slowest_s, 1e3 * f->show_s) > 0;
+    }
+    return good;
+}
+
 bool vd_evaluation_print(const vd_evaluation *e) {
-    const vd_evaluated_figures *f = &e->of[VD_EVALUATED_IMPOSTORS];
     const vd_evaluate_settings *s = e->settings;
     bool good = printf("%.4g s at %dx%d, tolerance %g px, ", e->seconds, s->render.width,
                        s->render.height, s->impostors.tolerance_px) > 0;
@@ -127,22 +165,13 @@ bool vd_evaluation_print(const vd_evaluation *e) {
              : printf("no link%s\n\n", s->is_virtual ? ", virtual clock" : "")) > 0;
     good = good && printf("%-14s %10s %10s %10s %10s %10s\n", "", "frames/s", "error", "worst",
                           "MB/s", "MB/frame") > 0;
-    for (int kind = 0; kind < VD_EVALUATED_COUNT && good; kind++) {
+    for (int kind = (int)e->settings->first; kind <= (int)e->settings->last && good; kind++) {
         const vd_evaluated_figures *k = &e->of[kind];
         good = printf("%-14s %10.2f %10.4f %10.4f %10.3f %10.3f\n", names[kind], fps_of(e, kind),
                       k->error, k->worst_error, 1e-6 * (double)k->bytes / e->seconds,
                       megabytes_a_frame(e, kind)) > 0;
     }
-    good = good &&
-           printf("\nreuse          %10.2f\noverdraw       %10.2f\nimpostors      %10.1f a frame\n"
-                  "drawn direct   %10.1f a frame\nuploads        %10.1f a second\n",
-                  f->reuse, f->overdraw, f->shown, f->direct, (double)f->uploads / e->seconds) > 0;
-    if (!s->is_virtual && f->made > 0) {
-        good = good &&
-               printf("a frame takes  %10.2f ms, %.2f at most; its quads %.2f\n",
-                      1e3 * f->busy_s / (double)f->made, 1e3 * f->slowest_s, 1e3 * f->show_s) > 0;
-    }
-    return good && fflush(stdout) == 0;
+    return good && print_impostors(e) && fflush(stdout) == 0;
 }
 
 vd_status vd_evaluation_plot(const vd_evaluation *e, const char *path) {
@@ -159,7 +188,7 @@ vd_status vd_evaluation_plot(const vd_evaluation *e, const char *path) {
           "set tics textcolor rgb '#222222'\nset format y '%g'\n",
           script);
     fprintf(script, "set xrange [0:%.9g]\nset yrange [0:*]\n", e->seconds);
-    for (int kind = 0; kind < VD_EVALUATED_COUNT; kind++) {
+    for (int kind = (int)e->settings->first; kind <= (int)e->settings->last; kind++) {
         fprintf(script, "$data%d << EOD\n", kind);
         for (int i = 0; i < e->compared; i++) {
             fprintf(script, "%.9g %.9g\n", vd_evaluation_time(e, i), e->of[kind].errors[i]);
@@ -167,9 +196,10 @@ vd_status vd_evaluation_plot(const vd_evaluation *e, const char *path) {
         fprintf(script, "EOD\n");
     }
     fputs("plot ", script);
-    for (int kind = 0; kind < VD_EVALUATED_COUNT; kind++) {
+    for (int kind = (int)e->settings->first; kind <= (int)e->settings->last; kind++) {
         fprintf(script, "%s$data%d with lines lw 1.6 lc rgb '%s' title '%s, mean %.3f'",
-                kind > 0 ? ", " : "", kind, colors[kind], names[kind], e->of[kind].error);
+                kind > (int)e->settings->first ? ", " : "", kind, colors[kind], names[kind],
+                e->of[kind].error);
     }
     fputs("\n", script);
     const vd_status status = vd_gnuplot_draw(script, path);

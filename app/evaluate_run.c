@@ -247,7 +247,7 @@ static vd_status until(program *p, double time_s) {
     return p->impostors != NULL ? impostors_until(p, time_s) : screens_until(p, time_s);
 }
 
-/* Counts a comparison; the worst frame of the impostors is kept. */
+/* Counts a comparison; the worst frame of the first program is kept. */
 static void count_error(vd_evaluation *e, const program *p, int number, double error) {
     vd_evaluated_figures *f = p->figures;
     f->errors[number] = error;
@@ -257,16 +257,28 @@ static void count_error(vd_evaluation *e, const program *p, int number, double e
     }
     f->worst_error = error;
     f->worst_s = vd_evaluation_time(e, number);
-    if (e->worst != NULL && f == &e->of[VD_EVALUATED_IMPOSTORS]) {
+    if (e->worst != NULL && f == &e->of[e->settings->first]) {
         memcpy(e->worst->rgba, p->screen->rgba, 4 * p->screen->stride * (size_t)p->screen->height);
     }
+}
+
+static vd_status draw_perfect(const vd_evaluation *e, const vd_camera *camera, vd_frame *perfect) {
+    const vd_evaluate_settings *s = e->settings;
+    vd_world_renderer *renderer = e->world->renderer;
+    vd_status status = vd_world_renderer_set_samples(renderer, s->reference_samples);
+    if (status.code == VD_OK) {
+        status = vd_fly_draw(e->world, camera, perfect);
+    }
+    const vd_status back = vd_world_renderer_set_samples(renderer, s->render.samples);
+    return status.code == VD_OK ? back : status;
 }
 
 static vd_status compare_all(vd_evaluation *e, program *programs, vd_frame *perfect, int number) {
     const double time_s = vd_evaluation_time(e, number);
     const vd_camera camera = camera_of(e, viewpoint_at(e, time_s));
-    vd_status status = vd_fly_draw(e->world, &camera, perfect);
-    for (int i = 0; i < VD_EVALUATED_COUNT && status.code == VD_OK; i++) {
+    vd_status status = draw_perfect(e, &camera, perfect);
+    for (int i = (int)e->settings->first; i <= (int)e->settings->last && status.code == VD_OK;
+         i++) {
         program *p = &programs[i];
         status = until(p, time_s);
         if (status.code == VD_OK && p->impostors == NULL) {
@@ -345,14 +357,15 @@ vd_status vd_evaluation_run(vd_evaluation *e) {
     if (status.code == VD_OK && s->worst != NULL) {
         status = vd_frame_create(e->context, s->render.width, s->render.height, 0, &e->worst);
     }
-    for (int i = 0; i < VD_EVALUATED_COUNT && status.code == VD_OK; i++) {
+    const int first = (int)s->first, last = (int)s->last;
+    for (int i = first; i <= last && status.code == VD_OK; i++) {
         status = begin_program(e, (vd_evaluated)i, &programs[i]);
     }
     for (int number = 0; number < e->compared && status.code == VD_OK; number++) {
         show_progress(e, vd_evaluation_time(e, number), false);
         status = compare_all(e, programs, perfect, number);
     }
-    for (int i = 0; i < VD_EVALUATED_COUNT && status.code == VD_OK; i++) {
+    for (int i = first; i <= last && status.code == VD_OK; i++) {
         status = until(&programs[i], e->seconds);
     }
     show_progress(e, e->seconds, true);

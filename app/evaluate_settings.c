@@ -37,6 +37,33 @@ static const vd_option own[EVALUATE_COUNT - OPTION_COUNT] = {
                                         .unit = "bytes, or with ending: 64M",
                                         .fallback = "268435456",
                                         .help = "what pictures may take"},
+    [EVALUATE_MOST_PX -
+        OPTION_COUNT] = {.key = "most-px",
+                         .group = DISPLAYED,
+                         .type = VD_OPTION_REAL,
+                         .argument = "N",
+                         .min = 8,
+                         .max = 65535,
+                         .unit = "pixels",
+                         .fallback = "192",
+                         .help = "side of a picture; what is larger on screen is shown in parts"},
+    [EVALUATE_LEAST_REUSE -
+        OPTION_COUNT] = {.key = "least-reuse",
+                         .group = DISPLAYED,
+                         .type = VD_OPTION_REAL,
+                         .argument = "N",
+                         .max = 1e6,
+                         .unit = "frames",
+                         .fallback = "4",
+                         .help = "what would last shorter is shown in parts, or drawn itself"},
+    [EVALUATE_FADE - OPTION_COUNT] = {.key = "fade",
+                                      .group = DISPLAYED,
+                                      .type = VD_OPTION_TEXT,
+                                      .argument = "T",
+                                      .unit = "seconds, or with ending: 100ms",
+                                      .fallback = "0",
+                                      .help = "over which a new picture takes the place of an old "
+                                              "one; 0: at once"},
     [EVALUATE_BANDWIDTH - OPTION_COUNT] =
         {.key = "bandwidth",
          .group = DISPLAYED,
@@ -80,6 +107,18 @@ static const vd_option own[EVALUATE_COUNT - OPTION_COUNT] = {
                          .unit = "a second",
                          .fallback = "10",
                          .help = "how often what is on screen is compared with the perfect frame"},
+    [EVALUATE_ONLY - OPTION_COUNT] = {.key = "only",
+                                      .group = MEASURE,
+                                      .type = VD_OPTION_CHOICE,
+                                      .argument = "impostors|screen|no-reuse",
+                                      .help = "run one of the three, and say null of the others"},
+    [EVALUATE_REFERENCE_SAMPLES -
+        OPTION_COUNT] = {.key = "reference-samples",
+                         .group = MEASURE,
+                         .type = VD_OPTION_CHOICE,
+                         .argument = "1|4|8",
+                         .unit = "per pixel",
+                         .help = "of the perfect frames; by default as many as --samples"},
     [EVALUATE_VIRTUAL - OPTION_COUNT] =
         {.key = "virtual",
          .group = MEASURE,
@@ -100,12 +139,13 @@ static const vd_option own[EVALUATE_COUNT - OPTION_COUNT] = {
                                       .argument = "FILE.svg",
                                       .transient = true,
                                       .help = "the error over time, drawn by gnuplot"},
-    [EVALUATE_WORST - OPTION_COUNT] = {.key = "worst",
-                                       .group = MEASURE,
-                                       .type = VD_OPTION_FILE,
-                                       .argument = "FILE.png",
-                                       .transient = true,
-                                       .help = "the frame of impostors whose error was greatest"},
+    [EVALUATE_WORST -
+        OPTION_COUNT] = {.key = "worst",
+                         .group = MEASURE,
+                         .type = VD_OPTION_FILE,
+                         .argument = "FILE.png",
+                         .transient = true,
+                         .help = "the frame of impostors (or of --only) whose error was greatest"},
 };
 
 static bool left_out(int option) {
@@ -156,9 +196,14 @@ static vd_status read_impostors(const vd_options *options, vd_evaluate_settings 
     double bytes = 0.0;
     def.tolerance_px = options->values[EVALUATE_TOLERANCE].number;
     def.samples = out->render.samples;
+    def.most_px = options->values[EVALUATE_MOST_PX].number;
+    def.least_reuse = options->values[EVALUATE_LEAST_REUSE].number;
     vd_status status = vd_option_seconds(options, EVALUATE_BUDGET, 1e-6, 1e6, &def.budget_s);
     if (status.code == VD_OK) {
         status = vd_option_seconds(options, EVALUATE_LATENCY, 0.0, 60.0, &def.link_latency_s);
+    }
+    if (status.code == VD_OK) {
+        status = vd_option_seconds(options, EVALUATE_FADE, 0.0, 60.0, &def.fade_s);
     }
     if (status.code == VD_OK) {
         status = vd_option_bytes(options, EVALUATE_BANDWIDTH, 0.0, 1e15, &def.link_bytes_per_s);
@@ -180,6 +225,17 @@ static vd_status read_impostors(const vd_options *options, vd_evaluate_settings 
     }
     out->impostors = def;
     return status;
+}
+
+/* Which programs run, and what they are compared with. */
+static void read_programs(const vd_options *options, vd_evaluate_settings *out) {
+    static const int samples[] = {1, 4, 8};
+    const bool one = vd_options_given(options, EVALUATE_ONLY);
+    out->first = one ? (vd_evaluated)options->values[EVALUATE_ONLY].number : VD_EVALUATED_IMPOSTORS;
+    out->last = one ? out->first : VD_EVALUATED_NO_REUSE;
+    out->reference_samples = vd_options_given(options, EVALUATE_REFERENCE_SAMPLES)
+                                 ? samples[(int)options->values[EVALUATE_REFERENCE_SAMPLES].number]
+                                 : out->render.samples;
 }
 
 vd_status vd_evaluate_settings_read(const vd_options *options, const char *path_file,
@@ -210,6 +266,7 @@ vd_status vd_evaluate_settings_read(const vd_options *options, const char *path_
     out->seconds = vd_options_given(options, EVALUATE_SECONDS)
                        ? options->values[EVALUATE_SECONDS].number
                        : 0.0;
+    read_programs(options, out);
     out->is_virtual = options->values[EVALUATE_VIRTUAL].number != 0.0;
     const char *const pictures[] = {out->worst, ".png"}, *const plots[] = {out->plot, ".svg"};
     const char *const *const named[] = {pictures, plots};

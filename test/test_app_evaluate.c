@@ -131,6 +131,57 @@ static void virtual_runs_are_the_same(void **state) {
     assert_string_equal(out, one);
 }
 
+/* One program alone does what it does beside the others; of these null is said. */
+static void programs_run_alone(void **state) {
+    (void)state;
+    static const char *const parts[] = {NULL, "screen", "no_reuse"};
+    static const char *const words[] = {"impostors", "screen", "no-reuse"};
+    double error[3], fps[3];
+    evaluates("--virtual --bandwidth 1M --json");
+    for (int i = 0; i < 3; i++) {
+        error[i] = number_in(out, parts[i], "error");
+        fps[i] = number_in(out, parts[i], "fps");
+    }
+    for (int i = 0; i < 3; i++) {
+        char line[128];
+        (void)snprintf(line, sizeof line, "--virtual --bandwidth 1M --only %s -o - --worst %d.png",
+                       words[i], i);
+        evaluates(line);
+        assert_true(fabs(number_in(out, parts[i], "error") - error[i]) < 1e-8); /* 9 digits */
+        assert_true(fabs(number_in(out, parts[i], "fps") - fps[i]) < 1e-6);
+        assert_true((strstr(out, "\"fps\": null") != NULL) == (i != 0));
+        assert_true((strstr(out, "\"screen\": null") != NULL) == (i != 1));
+        assert_true((strstr(out, "\"no_reuse\": null") != NULL) == (i != 2));
+        (void)snprintf(line, sizeof line, "%d.png", i);
+        assert_int_equal(access(line, R_OK), 0);
+    }
+}
+
+/* What the dissertation's tables vary is an option each, and changes what it should. */
+static void the_tables_have_their_options(void **state) {
+    (void)state;
+    evaluates("--virtual --only impostors --json");
+    const double error = number_in(out, NULL, "error"), shown = number_in(out, NULL, "impostors");
+    const double direct = number_in(out, NULL, "direct_objects");
+    assert_true(number_in(out, "settings", "most_px") == 192.0);
+    evaluates("--virtual --only impostors --most-px 16 --json");
+    assert_true(number_in(out, NULL, "impostors") > 1.2 * shown);
+    evaluates("--virtual --only impostors --least-reuse 1000 --json");
+    assert_true(number_in(out, NULL, "direct_objects") > direct + 10.0);
+    evaluates("--virtual --only impostors --fade 200ms --json");
+    assert_true(number_in(out, "settings", "fade") == 0.2);
+    assert_true(number_in(out, NULL, "error") != error);
+    evaluates("--virtual --only impostors --tolerance 0 --json");
+    assert_true(number_in(out, NULL, "failed") == 0.0);
+    /* Without a link a screen is perfect unless it is measured by a better one. */
+    evaluates("--virtual --bandwidth 0 --only screen --samples 1 --reference-samples 1 --json");
+    assert_true(number_in(out, "screen", "error") == 0.0);
+    evaluates("--virtual --bandwidth 0 --only screen --samples 1 --reference-samples 8 --json");
+    assert_true(number_in(out, "screen", "error") > 0.0);
+    assert_true(number_in(out, "settings", "samples") == 1.0);
+    assert_true(number_in(out, "settings", "reference_samples") == 8.0);
+}
+
 static void real_runs_say_what_they_took(void **state) {
     (void)state;
     evaluates("--compare 4 --json");
@@ -234,6 +285,11 @@ static void bad_use_is_told(void **state) {
     fails(2, "--bandwidth fast", "--bandwidth: \"fast\" is not a number of bytes");
     fails(2, "--bandwidth 0.5", "a link of 0.5 bytes a second brings nothing");
     fails(2, "--memory 1k", "--memory");
+    fails(2, "--only screens", "give one of impostors|screen|no-reuse");
+    fails(2, "--fade nan", "--fade");
+    fails(2, "--most-px 7", "--most-px");
+    fails(2, "--least-reuse -1", "--least-reuse");
+    fails(2, "--reference-samples 2", "--reference-samples");
     fails(2, "--rate 0", "--rate");
     fails(2, "--compare 0", "--compare");
     fails(2, "--worst worst.svg", "does not end in .png");
@@ -262,6 +318,8 @@ int main(void) {
         cmocka_unit_test(without_a_link_screens_are_perfect),
         cmocka_unit_test(latency_is_seen),
         cmocka_unit_test(virtual_runs_are_the_same),
+        cmocka_unit_test(programs_run_alone),
+        cmocka_unit_test(the_tables_have_their_options),
         cmocka_unit_test(real_runs_say_what_they_took),
         cmocka_unit_test(results_are_written),
         cmocka_unit_test(errors_are_plotted),
