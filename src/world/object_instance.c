@@ -39,7 +39,10 @@ vd_status vd_instance_create(vd_context *context, const vd_instance_def *def, vd
         }
         (i == 0 ? vd_object_bound_first : vd_object_bound_more)(object, at);
     }
-    status = is_small((const double(*)[3])instance->linear)
+    /* A minimum and a maximum do not see what is no number. */
+    const vd_vec3 a = def->min, b = def->max;
+    const bool finite = isfinite(a.x + a.y + a.z) && isfinite(b.x + b.y + b.z);
+    status = finite && is_small((const double(*)[3])instance->linear)
                  ? vd_object_validate(object, sizeof *instance)
                  : vd_failure(VD_ERROR_ARGUMENT, "%s", "");
     if (status.code != VD_OK) {
