@@ -37,19 +37,13 @@ typedef struct deciding {
     vd_status status;
 } deciding;
 
-/* Finds or makes the slot of a node; null when memory is out. */
+/* The slot of a node; null when memory is out. */
 static vd_impostor_slot *slot_of(deciding *d, uint32_t node) {
-    vd_impostors *set = d->set;
-    if (set->slot_of[node] == 0) {
-        vd_impostor_slot *made = vd_list_add(set->context, &set->slots, 1, sizeof *made);
-        if (made == NULL) {
-            d->status = vd_out_of_memory("an impostor", sizeof *made);
-            return NULL;
-        }
-        *made = (vd_impostor_slot){.node = node};
-        set->slot_of[node] = (uint32_t)set->slots.count;
+    vd_impostor_slot *slot = vd_impostor_slot_of(d->set, node);
+    if (slot == NULL) {
+        d->status = vd_out_of_memory("an impostor", sizeof *slot);
     }
-    return vd_impostor_slot_at(set, set->slot_of[node] - 1);
+    return slot;
 }
 
 static void add_index(deciding *d, vd_list *list, uint32_t index) {
@@ -131,7 +125,11 @@ static wanted want(const deciding *d, uint32_t index, bool was_split) {
         return parts;
     }
     const double most = placed ? 2.0 * d->set->def.most_px : d->set->def.most_px;
-    return is_good(d, index, min, max, most, was_split ? HYSTERESIS : 1.0) ? PICTURE : parts;
+    /* Of what fails as a whole the parts may not. */
+    return !vd_impostor_is_skipped(d->set, index) &&
+                   is_good(d, index, min, max, most, was_split ? HYSTERESIS : 1.0)
+               ? PICTURE
+               : parts;
 }
 
 /* Asks for the picture of a node; false when there is none to show yet. */
@@ -184,6 +182,10 @@ static void show(deciding *d, uint32_t index, vd_list *list) {
 
 static void add_direct(deciding *d, uint32_t index) {
     vd_impostors *set = d->set;
+    if (vd_impostor_is_skipped(set, index)) {
+        set->missing++; /* never at rest: it may be mended */
+        return;
+    }
     const vd_node *node = &set->world->nodes[index];
     const bool line = set->world->entries[node->entry].object->kind == VD_OBJECT_LINE;
     set->any_loose = set->any_loose || node->loose;
@@ -262,7 +264,8 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
                 d->wishing = false;
                 (void)walk_children(d, index, true);
                 d->wishing = wishing;
-            } else {
+            } else if (d->status.code == VD_OK &&
+                       vd_impostor_slot_at(set, set->slot_of[index] - 1)->failures == 0) {
                 add_direct(d, index);
             }
         }

@@ -94,10 +94,11 @@ struct vd_impostors {
     uint8_t *tints; /* see impostor_tint.c; null until some are shown */
     bool frozen;
     uint64_t update;
-    double time_s;     /* of the last update; before the first: none */
-    double interval_s; /* from the one before */
-    bool moving;       /* there was one */
-    vd_vec3 eye, velocity;
+    double time_s;         /* of the last update; before the first: none */
+    double interval_s;     /* from the one before */
+    bool moving;           /* there was one */
+    vd_vec3 eye, velocity; /* as it is believed */
+    vd_vec3 last_velocity; /* of the last step alone */
     vd_impostor_stats stats;
 };
 
@@ -154,6 +155,25 @@ VD_MUST_USE vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_v
  * returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
 VD_MUST_USE vd_status vd_impostors_make(vd_impostors *set, vd_job *job,
                                         const vd_impostor_view *view, vd_impostor_slot *slot);
+
+/* Finds or makes the slot of a node; null when memory is out. */
+vd_impostor_slot *vd_impostor_slot_of(vd_impostors *set, uint32_t node);
+
+/* Counts a failure: the node is skipped, and tried again later and later. */
+void vd_impostor_fail(vd_impostors *set, vd_impostor_slot *slot);
+
+/* Whether a node is skipped because its drawing failed. */
+static inline bool vd_impostor_is_skipped(const vd_impostors *set, uint32_t node) {
+    const uint32_t known = set->slot_of[node];
+    const vd_impostor_slot *slot = known != 0 ? vd_impostor_slot_at(set, known - 1) : NULL;
+    return slot != NULL && slot->failures > 0 && set->time_s < slot->retry_s;
+}
+
+/* Takes those out of `direct` whose drawing fails, so that all else can be shown; returns
+ * VD_ERROR_MEMORY or VD_ERROR_CANCELLED, and the status that it was given if there are none. */
+VD_MUST_USE vd_status vd_impostors_set_aside(vd_impostors *set, vd_job *job,
+                                             const vd_camera *camera, const vd_frame *frame,
+                                             vd_status because);
 
 /* Takes a picture over: shows it from now on (`set->time_s`), or sends it where there is a link.
  * Returns VD_ERROR_MEMORY; the picture is then released. */

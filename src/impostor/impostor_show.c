@@ -433,6 +433,10 @@ vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *cam
     const bool still = set->def.show == VD_IMPOSTOR_SHOW_PICTURES && !set->frozen;
     if (status.code == VD_OK && !(still && vd_impostors_copy_still(set, camera, frame))) {
         status = draw_all(set, job, camera, frame);
+        if (status.code != VD_OK) {
+            status = vd_impostors_set_aside(set, job, camera, frame, status);
+            status = status.code == VD_OK ? draw_all(set, job, camera, frame) : status;
+        }
     }
     if (lend) {
         frame->depth = NULL;

@@ -8,7 +8,7 @@
 #define MOST_SIDE 2048
 
 /* Pixels by which pictures of neighbouring patches overlap, besides what they may be wrong by. */
-#define SKIRT_PX 2.0
+#define SKIRT_PX 4.0
 
 /* How fast the camera's motion is believed. */
 #define MOTION_SHARE 0.5
@@ -194,13 +194,6 @@ static uint8_t *take_picture(vd_impostors *set, bool *any) {
     return rgba;
 }
 
-static void fail(vd_impostors *set, vd_impostor_slot *slot) {
-    const uint32_t doublings = slot->failures < 6 ? slot->failures : 6;
-    slot->failures++;
-    slot->retry_s = set->time_s + 0.5 * (double)(1u << doublings);
-    set->stats.failed++;
-}
-
 /* Pixels of a side that is `metres` long on the plane; padded. */
 static int side_of(double metres, const vd_impostor_plane *plane, double focal_px) {
     const double side = ceil(metres * focal_px / plane->distance_m) + 2 * VD_IMPOSTOR_PAD;
@@ -286,7 +279,7 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
                                      &made.plane);
     }
     if (!fits) {
-        fail(set, slot);
+        vd_impostor_fail(set, slot);
         return vd_success();
     }
     const double *e = made.plane.extent;
@@ -311,7 +304,7 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
         return status.code == VD_ERROR_CANCELLED ? status : back;
     }
     if (status.code != VD_OK) {
-        fail(set, slot);
+        vd_impostor_fail(set, slot);
         return vd_success();
     }
     bool any = false;
@@ -364,7 +357,8 @@ static int compare_wishes(const void *a, const void *b) {
                                 : (x->slot > y->slot) - (x->slot < y->slot);
 }
 
-/* Where the camera goes: constant velocity. */
+/* Where the camera goes: constant velocity. A step that is like none before it, as when the camera
+ * is put somewhere else, is not believed to go on. */
 static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
     const double passed = time_s - set->time_s;
     set->interval_s = set->moving ? passed : 0.0;
@@ -373,9 +367,11 @@ static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
         const vd_vec3 now = vd_vec3_scale(way, 1.0 / passed);
         set->velocity = vd_vec3_add(vd_vec3_scale(set->velocity, 1.0 - MOTION_SHARE),
                                     vd_vec3_scale(now, MOTION_SHARE));
-        if (vd_vec3_length(way) == 0.0) {
+        const double change = vd_vec3_length(vd_vec3_subtract(now, set->last_velocity));
+        if (vd_vec3_length(way) == 0.0 || change > vd_vec3_length(set->last_velocity)) {
             set->velocity = vd_vec3_make(0, 0, 0);
         }
+        set->last_velocity = now;
     }
     set->moving = true;
     set->eye = camera->eye;
@@ -406,27 +402,73 @@ static double budget_s(const vd_impostors *set) {
     return wanting ? fmax(set->def.budget_s, set->stats.direct_s) : set->def.budget_s;
 }
 
-static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view) {
-    const uint64_t start = vd_clock_ns();
+/* What an update's drawing began with. */
+typedef struct spending {
+    uint64_t start_ns, pixels;
+    double most_s;
+} spending;
+
+static bool is_spent(const vd_impostors *set, const spending *spent) {
+    return 1e-9 * (double)(vd_clock_ns() - spent->start_ns) > spent->most_s ||
+           (set->def.budget_pixels > 0 &&
+            set->stats.pixels_drawn - spent->pixels >= (uint64_t)set->def.budget_pixels);
+}
+
+static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
+                             const spending *spent) {
     const vd_impostor_wish *wishes = set->wishes.data;
     vd_status status = vd_success();
     if (set->wishes.count > 1) {
         qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
     }
-    const uint64_t before = set->stats.pixels_drawn;
-    const double most_s = budget_s(set);
     size_t i = 0;
     for (; i < set->wishes.count && status.code == VD_OK; i++) {
-        const bool spent = 1e-9 * (double)(vd_clock_ns() - start) > most_s ||
-                           (set->def.budget_pixels > 0 &&
-                            set->stats.pixels_drawn - before >= (uint64_t)set->def.budget_pixels);
-        if ((i > 0 && spent) || vd_impostors_link_is_full(set)) {
+        if ((i > 0 && is_spent(set, spent)) || vd_impostors_link_is_full(set)) {
             break;
         }
         status = vd_impostors_make(set, job, view, vd_impostor_slot_at(set, wishes[i].slot));
     }
     set->stats.waiting = set->wishes.count - i;
-    set->stats.draw_s = 1e-9 * (double)(vd_clock_ns() - start);
+    return status;
+}
+
+/* Pictures replace others when all of them are there, which the next update sees. That is too late
+ * where it would show something very wrong now, as after a jump of the camera. */
+#define VERY_WRONG 4.0
+
+enum { MOST_ROUNDS = 6 };
+
+static bool needs_another_round(const vd_impostors *set, uint64_t drawn, const spending *spent) {
+    const bool wrong = set->stats.error_px > VERY_WRONG * fmax(set->def.tolerance_px, 0.1);
+    return set->stats.drawn > drawn && (set->missing > 0 || wrong) && set->stats.waiting == 0 &&
+           set->def.link_bytes_per_s == 0.0 && !is_spent(set, spent);
+}
+
+/* Decides and draws. */
+static vd_status make_all(vd_impostors *set, vd_job *job, const vd_impostor_view *view) {
+    vd_status status = vd_success();
+    uint64_t drawn = 0;
+    spending spent = {.pixels = set->stats.pixels_drawn};
+    set->stats.decide_s = 0.0;
+    for (int round = 0; round < MOST_ROUNDS && status.code == VD_OK; round++) {
+        const uint64_t start = vd_clock_ns();
+        status = vd_impostors_decide(set, view);
+        set->stats.decide_s += 1e-9 * (double)(vd_clock_ns() - start);
+        if (round == 0) {
+            spent.start_ns = vd_clock_ns();
+            spent.most_s = budget_s(set);
+        } else if (set->wishes.count == 0) {
+            break;
+        }
+        drawn = set->stats.drawn;
+        if (status.code == VD_OK) {
+            status = make_wishes(set, job, view, &spent);
+        }
+        if (!needs_another_round(set, drawn, &spent)) {
+            break;
+        }
+    }
+    set->stats.draw_s = 1e-9 * (double)(vd_clock_ns() - spent.start_ns);
     return status;
 }
 
@@ -454,17 +496,12 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
         }
         return status;
     }
-    const uint64_t start = vd_clock_ns();
     set->update++;
     set->stats.drawn = 0;
     follow(set, camera, time_s);
     vd_impostors_receive(set);
     const vd_impostor_view view = view_of(set, camera, width, height);
-    status = vd_impostors_decide(set, &view);
-    set->stats.decide_s = 1e-9 * (double)(vd_clock_ns() - start);
-    if (status.code == VD_OK) {
-        status = make_wishes(set, job, &view);
-    }
+    status = make_all(set, job, &view);
     vd_impostors_trim(set);
     if (status.code == VD_OK) {
         status = vd_impostors_settle(set, job, camera, width, height);
