@@ -85,6 +85,17 @@ double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *v
     return (double)p->half / sine;
 }
 
+/* Whether the eye has come to a side of a patch where its picture ends with the patch: between it
+ * and a neighbour's sky would show. */
+static bool lacks_a_side(const vd_impostors *set, const vd_impostor_view *view,
+                         const vd_impostor_slot *slot) {
+    if (!vd_impostor_is_patch(set, slot->node)) {
+        return false;
+    }
+    const vd_cells cells = vd_ground_cells(&set->ground, vd_impostor_patch(set, slot->node));
+    return (vd_impostor_sides(view, &cells) & ~slot->now.sides) != 0;
+}
+
 double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
                          const vd_impostor_slot *slot) {
     if (slot->now.rgba == NULL) {
@@ -98,5 +109,7 @@ double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
     const double now =
         vd_vec3_length(vd_vec3_subtract(view->eye, slot->now.plane.origin)) / view->focal_px;
     const double ratio = then > now ? then / now : now / then;
-    return ratio > MOST_RATIO ? fmax(error, 2.0 * set->def.tolerance_px) : error;
+    return ratio > MOST_RATIO || lacks_a_side(set, view, slot)
+               ? fmax(error, 2.0 * set->def.tolerance_px)
+               : error;
 }

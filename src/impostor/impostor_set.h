@@ -26,6 +26,7 @@ typedef struct vd_impostor_picture {
     int opaque[4];   /* see vd_quad_picture */
     double focal_px; /* of the camera that it was made for */
     bool empty;      /* nothing is on it */
+    unsigned sides;  /* of a patch: on which it goes on beyond the patch, vd_impostor_sides */
 } vd_impostor_picture;
 
 typedef struct vd_impostor_slot {
@@ -112,6 +113,13 @@ typedef struct vd_impostor_view {
     double focal_px, drop_per_m2;
     double u, v; /* the cell of the map that the camera is over; anywhere outside, too */
 } vd_impostor_view;
+
+/* The sides of a patch that the eye is beyond: west, east, north, south. There its picture goes on,
+ * under those of its neighbours. */
+static inline unsigned vd_impostor_sides(const vd_impostor_view *view, const vd_cells *cells) {
+    return (view->u < cells->c0 ? 1u : 0u) | (view->u > cells->c1 + 1 ? 2u : 0u) |
+           (view->v < cells->r0 ? 4u : 0u) | (view->v > cells->r1 + 1 ? 8u : 0u);
+}
 
 /* The most key points of a node. */
 #define VD_IMPOSTOR_POINTS VD_GROUND_POINTS

@@ -216,14 +216,17 @@ static void add_skirt(const vd_impostors *set, const vd_impostor_view *view,
     const int width = cells_wide < most ? (int)cells_wide : most;
     const vd_cells *map = &set->ground.map;
     const vd_cells in = *cells;
-    if (view->u < in.c0) {
+    const unsigned sides = vd_impostor_sides(view, &in);
+    if ((sides & 1u) != 0) {
         cells->c0 = in.c0 - width > map->c0 ? in.c0 - width : map->c0;
-    } else if (view->u > in.c1 + 1) {
+    }
+    if ((sides & 2u) != 0) {
         cells->c1 = in.c1 + width < map->c1 ? in.c1 + width : map->c1;
     }
-    if (view->v < in.r0) {
+    if ((sides & 4u) != 0) {
         cells->r0 = in.r0 - width > map->r0 ? in.r0 - width : map->r0;
-    } else if (view->v > in.r1 + 1) {
+    }
+    if ((sides & 8u) != 0) {
         cells->r1 = in.r1 + width < map->r1 ? in.r1 + width : map->r1;
     }
 }
@@ -306,6 +309,10 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     if (status.code != VD_OK) {
         vd_impostor_fail(set, slot);
         return vd_success();
+    }
+    if (vd_impostor_is_patch(set, slot->node)) {
+        const vd_cells cells = vd_ground_cells(&set->ground, vd_impostor_patch(set, slot->node));
+        made.sides = vd_impostor_sides(view, &cells);
     }
     bool any = false;
     made.rgba = take_picture(set, &any);
