@@ -137,14 +137,15 @@ static void programs_run_alone(void **state) {
     static const char *const parts[] = {NULL, "screen", "no_reuse"};
     static const char *const words[] = {"impostors", "screen", "no-reuse"};
     double error[3], fps[3];
-    evaluates("--virtual --bandwidth 1M --json");
+    evaluates("--seconds 1 --virtual --bandwidth 1M --json");
     for (int i = 0; i < 3; i++) {
         error[i] = number_in(out, parts[i], "error");
         fps[i] = number_in(out, parts[i], "fps");
     }
     for (int i = 0; i < 3; i++) {
         char line[128];
-        (void)snprintf(line, sizeof line, "--virtual --bandwidth 1M --only %s -o - --worst %d.png",
+        (void)snprintf(line, sizeof line,
+                       "--seconds 1 --virtual --bandwidth 1M --only %s -o - --worst %d.png",
                        words[i], i);
         evaluates(line);
         assert_true(fabs(number_in(out, parts[i], "error") - error[i]) < 1e-8); /* 9 digits */
@@ -160,23 +161,25 @@ static void programs_run_alone(void **state) {
 /* What the dissertation's tables vary is an option each, and changes what it should. */
 static void the_tables_have_their_options(void **state) {
     (void)state;
-    evaluates("--virtual --only impostors --json");
+    evaluates("--seconds 1 --virtual --only impostors --json");
     const double error = number_in(out, NULL, "error"), shown = number_in(out, NULL, "impostors");
     const double direct = number_in(out, NULL, "direct_objects");
     assert_true(number_in(out, "settings", "most_px") == 192.0);
-    evaluates("--virtual --only impostors --most-px 16 --json");
+    evaluates("--seconds 1 --virtual --only impostors --most-px 16 --json");
     assert_true(number_in(out, NULL, "impostors") > 1.2 * shown);
-    evaluates("--virtual --only impostors --least-reuse 1000 --json");
+    evaluates("--seconds 1 --virtual --only impostors --least-reuse 1000 --json");
     assert_true(number_in(out, NULL, "direct_objects") > direct + 10.0);
-    evaluates("--virtual --only impostors --fade 200ms --json");
+    evaluates("--seconds 1 --virtual --only impostors --fade 200ms --json");
     assert_true(number_in(out, "settings", "fade") == 0.2);
     assert_true(number_in(out, NULL, "error") != error);
-    evaluates("--virtual --only impostors --tolerance 0 --json");
+    evaluates("--seconds 1 --virtual --only impostors --tolerance 0 --json");
     assert_true(number_in(out, NULL, "failed") == 0.0);
     /* Without a link a screen is perfect unless it is measured by a better one. */
-    evaluates("--virtual --bandwidth 0 --only screen --samples 1 --reference-samples 1 --json");
+    evaluates("--seconds 1 --virtual --bandwidth 0 --only screen --samples 1 --reference-samples 1 "
+              "--json");
     assert_true(number_in(out, "screen", "error") == 0.0);
-    evaluates("--virtual --bandwidth 0 --only screen --samples 1 --reference-samples 8 --json");
+    evaluates("--seconds 1 --virtual --bandwidth 0 --only screen --samples 1 --reference-samples 8 "
+              "--json");
     assert_true(number_in(out, "screen", "error") > 0.0);
     assert_true(number_in(out, "settings", "samples") == 1.0);
     assert_true(number_in(out, "settings", "reference_samples") == 8.0);
