@@ -13,6 +13,10 @@
 /* How fast the camera's motion is believed. */
 #define MOTION_SHARE 0.5
 
+/* A step may be so many times longer than the last and still be the same motion: cameras of a
+ * stream come one or two at a time. */
+#define MOST_CHANGE 4.0
+
 vd_impostor_def vd_impostor_def_default(void) {
     vd_impostor_def def = {.tolerance_px = 1.0,
                            .budget_s = 5e-3,
@@ -375,7 +379,8 @@ static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
         set->velocity = vd_vec3_add(vd_vec3_scale(set->velocity, 1.0 - MOTION_SHARE),
                                     vd_vec3_scale(now, MOTION_SHARE));
         const double change = vd_vec3_length(vd_vec3_subtract(now, set->last_velocity));
-        if (vd_vec3_length(way) == 0.0 || change > vd_vec3_length(set->last_velocity)) {
+        if (vd_vec3_length(way) == 0.0 ||
+            change > MOST_CHANGE * vd_vec3_length(set->last_velocity)) {
             set->velocity = vd_vec3_make(0, 0, 0);
         }
         set->last_velocity = now;
