@@ -243,8 +243,9 @@ vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job, const vd_
     pass->mask = part->mask;
     vd_frame_forget_objects(frame);
     const vd_terrain_def kept = set_ground(renderer, part->ground, part->sky);
-    vd_status status = part->standing != NULL
-                           ? vd_world_gather(renderer, pass, renderer->world->nodes, part->standing)
+    const vd_node *from = part->standing != NULL ? renderer->world->nodes : part->from;
+    vd_status status = from != NULL
+                           ? vd_world_gather(renderer, pass, from, part->standing)
                            : vd_world_gather_placed(renderer, pass, part->nodes, part->count);
     if (status.code == VD_OK) {
         status = draw_gathered(renderer, job, pass, frame);
