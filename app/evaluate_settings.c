@@ -125,6 +125,12 @@ static const vd_option own[EVALUATE_COUNT - OPTION_COUNT] = {
          .type = VD_OPTION_SWITCH,
          .help = "a virtual clock: 60 frames a second, drawing takes no time but --budget is kept "
                  "as 4 million pixels of pictures a second; the same result on every machine"},
+    [EVALUATE_ONE_MACHINE - OPTION_COUNT] =
+        {.key = "one-machine",
+         .group = MEASURE,
+         .type = VD_OPTION_SWITCH,
+         .help = "frames wait for the drawing of pictures, as when both ends of the link are one "
+                 "machine; not given, the far end draws while this one shows"},
     [EVALUATE_OUTPUT - OPTION_COUNT] =
         {.key = "output",
          .group = MEASURE,
@@ -218,6 +224,8 @@ static vd_status read_impostors(const vd_options *options, vd_evaluate_settings 
         status = vd_option_bytes(options, EVALUATE_MEMORY, 1048576.0, 1e15, &bytes);
     }
     def.memory_bytes = (size_t)bytes;
+    def.remote = def.link_bytes_per_s > 0.0 && !out->is_virtual &&
+                 options->values[EVALUATE_ONE_MACHINE].number == 0.0;
     if (out->is_virtual) {
         const double pixels = def.budget_s * VIRTUAL_PIXELS_PER_S;
         def.budget_pixels = pixels > 1.0 ? (size_t)pixels : 1;

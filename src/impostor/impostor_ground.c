@@ -112,9 +112,10 @@ static void add_objects(const vd_impostor_ground *g, const vd_world *world) {
         const vd_cells at = vd_world_node_cells(g->sample_from_world, &g->map, node);
         const vd_vec3 min = vd_vec3_subtract(node->min, g->anchor);
         const vd_vec3 max = vd_vec3_subtract(node->max, g->anchor);
-        extend(&g->patches[vd_ground_number(g, 0, (at.c0 - g->map.c0) / g->side,
-                                            (at.r0 - g->map.r0) / g->side)],
-               (const double[3]){min.x, min.y, min.z}, (const double[3]){max.x, max.y, max.z});
+        vd_patch *p = &g->patches[vd_ground_number(g, 0, (at.c0 - g->map.c0) / g->side,
+                                                   (at.r0 - g->map.r0) / g->side)];
+        extend(p, (const double[3]){min.x, min.y, min.z}, (const double[3]){max.x, max.y, max.z});
+        p->placed++;
     }
 }
 
@@ -213,6 +214,7 @@ static void settle(vd_impostor_ground *g, const vd_world *world) {
         const int count = children_of(g, p, children);
         for (int k = 0; k < count; k++) {
             const vd_patch *child = &g->patches[children[k]];
+            p->placed += child->placed;
             for (int axis = 0; axis < 3; axis++) {
                 p->min[axis] = child->min[axis] < p->min[axis] ? child->min[axis] : p->min[axis];
                 p->max[axis] = child->max[axis] > p->max[axis] ? child->max[axis] : p->max[axis];

@@ -25,6 +25,7 @@ typedef struct vd_patch {
         max[3];      /* ground and what stands on it, from the tree's anchor; min > max: nothing */
     float normal[3]; /* of the plane through the ground's corners */
     float middle, half; /* everything lies within middle ± half along it, from the box's middle */
+    uint32_t placed;    /* objects that stand on it */
     uint16_t level, column, row;
 } vd_patch;
 

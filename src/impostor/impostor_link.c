@@ -34,7 +34,8 @@ double vd_impostors_send(vd_impostors *set, size_t bytes) {
     if (set->def.link_bytes_per_s == 0.0) {
         return set->time_s;
     }
-    const double from_s = set->link_free_s > set->time_s ? set->link_free_s : set->time_s;
+    const double made_s = set->remote_free_s > set->time_s ? set->remote_free_s : set->time_s;
+    const double from_s = set->link_free_s > made_s ? set->link_free_s : made_s;
     set->link_free_s = from_s + (double)bytes / set->def.link_bytes_per_s;
     return set->link_free_s + set->def.link_latency_s;
 }

@@ -76,6 +76,7 @@ struct vd_impostors {
     vd_display *display;
     vd_frame *front; /* what is drawn itself, over patches */
     size_t front_pixels;
+    uint32_t things;  /* drawn on patches without pictures in this frame */
     vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
     vd_buffer order;  /* for sorting what is shown */
     vd_buffer depth;  /* of a frame that has none */
@@ -86,6 +87,7 @@ struct vd_impostors {
     vd_list sending;      /* vd_impostor_sending, in the order of their arrival */
     size_t sending_bytes; /* of these; part of `bytes` */
     double link_free_s;   /* when the last of them has left */
+    double remote_free_s; /* when the far end has drawn what it was asked for */
     vd_frame *still;      /* the whole, aligned with the screen; see impostor_still.c */
     bool has_still;
     double still_s; /* when it comes */

@@ -222,23 +222,39 @@ typedef struct rectangle {
     int x0, y0, x1, y1;
 } rectangle;
 
-/* Where some points are on screen, with a margin for edges; everything when one is behind the eye.
- */
-static rectangle rectangle_of(const vd_camera *camera, const vd_frame *frame, const vd_vec3 *points,
-                              int count) {
-    const rectangle all = {0, 0, frame->width, frame->height};
+/* Where a box is on screen, with a margin for edges: the ends of its edges, cut where they come
+ * nearer than the near plane. */
+static rectangle rectangle_of(const vd_camera *camera, const vd_frame *frame, vd_vec3 min,
+                              vd_vec3 max) {
+    const vd_quat q = camera->orientation, back = {-q.x, -q.y, -q.z, q.w};
+    vd_vec3 at[8];
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-    for (int i = 0; i < count; i++) {
-        double x, y, z;
-        if (!vd_camera_project(camera, points[i], &x, &y, &z)) {
-            return all;
+    for (int i = 0; i < 8; i++) {
+        const vd_vec3 corner =
+            vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
+                         (i & 4) != 0 ? max.z : min.z);
+        at[i] = vd_quat_rotate(back, vd_vec3_subtract(corner, camera->eye));
+    }
+    for (int edge = 0; edge < 24; edge++) { /* both ends of twelve */
+        const int axis = edge / 8, a = edge % 8, b = a ^ (1 << axis);
+        vd_vec3 end = at[a];
+        if (end.z < camera->near_m) {
+            if (at[b].z < camera->near_m) {
+                continue;
+            }
+            const double t = (camera->near_m - end.z) / fmax(at[b].z - end.z, 1e-12);
+            end = vd_vec3_add(end, vd_vec3_scale(vd_vec3_subtract(at[b], end), t));
         }
+        const double z = fmax(end.z, 1e-12);
+        const double x = camera->lens.cx + camera->lens.fx * end.x / z;
+        const double y = camera->lens.cy + camera->lens.fy * end.y / z;
         low[0] = fmin(low[0], x), high[0] = fmax(high[0], x);
         low[1] = fmin(low[1], y), high[1] = fmax(high[1], y);
     }
-    return (rectangle){(int)fmax(floor(low[0]) - 2.0, 0.0), (int)fmax(floor(low[1]) - 2.0, 0.0),
-                       (int)fmin(ceil(high[0]) + 2.0, frame->width),
-                       (int)fmin(ceil(high[1]) + 2.0, frame->height)};
+    return (rectangle){(int)fmin(fmax(floor(low[0]) - 2.0, 0.0), frame->width),
+                       (int)fmin(fmax(floor(low[1]) - 2.0, 0.0), frame->height),
+                       (int)fmax(fmin(ceil(high[0]) + 2.0, frame->width), 0.0),
+                       (int)fmax(fmin(ceil(high[1]) + 2.0, frame->height), 0.0)};
 }
 
 /* Draws a part of the world over a rectangle of the frame; its depth too, if asked. */
@@ -252,9 +268,15 @@ static vd_status draw_over(vd_impostors *set, vd_job *job, const vd_camera *came
     if (in.x0 >= in.x1 || in.y0 >= in.y1) {
         return vd_success();
     }
+    const int samples = set->renderer->samples;
     vd_status status = reserve_front(set, in.x1 - in.x0, in.y1 - in.y0);
     if (status.code == VD_OK) {
+        status = vd_world_renderer_set_samples(set->renderer, set->def.direct_samples);
+    }
+    if (status.code == VD_OK) {
         status = vd_world_draw_part(set->renderer, job, &cut, part, set->front, &pass, stats);
+        const vd_status back = vd_world_renderer_set_samples(set->renderer, samples);
+        status = status.code == VD_OK ? back : status;
     }
     if (status.code == VD_OK) {
         merging m = {set->front, frame, in.x0, in.y0, depth};
@@ -265,17 +287,28 @@ static vd_status draw_over(vd_impostors *set, vd_job *job, const vd_camera *came
     return status;
 }
 
+/* A patch without a picture shows its ground, and no more things than this until it has one: a
+ * frame that shows a whole forest comes when the camera is elsewhere. */
+#define MOST_THINGS 64
+
 /* A patch that has no picture yet. */
 static vd_status draw_patch(vd_impostors *set, vd_job *job, const vd_camera *camera, uint32_t node,
                             vd_frame *frame, vd_world_stats *stats) {
     const uint32_t patch = vd_impostor_patch(set, node);
     const vd_cells cells = vd_ground_cells(&set->ground, patch);
     const vd_terrain_window window = vd_cells_window(&cells);
-    const vd_world_part part = {.ground = &window, .standing = &cells};
-    vd_vec3 points[VD_GROUND_POINTS];
-    const int count = vd_ground_key_points(&set->ground, patch, 0.0, points);
-    return draw_over(set, job, camera, &part, rectangle_of(camera, frame, points, count),
-                     DEPTH_NONE, frame, stats);
+    vd_world_part part = {.ground = &window};
+    if (set->things + set->ground.patches[patch].placed <= MOST_THINGS) {
+        set->things += set->ground.patches[patch].placed;
+        part.standing = &cells;
+    }
+    const vd_impostor_view view = {
+        .camera = *camera,
+        .drop_per_m2 = set->world->def.terrain.curvature ? vd_curvature_drop(1.0) : 0.0};
+    vd_vec3 min, max;
+    vd_impostor_bounds(set, &view, node, &min, &max);
+    return draw_over(set, job, camera, &part, rectangle_of(camera, frame, min, max), DEPTH_NONE,
+                     frame, stats);
 }
 
 /* Patches, back to front. */
@@ -283,6 +316,7 @@ static vd_status show_patches(vd_impostors *set, vd_job *job, const vd_camera *c
                               vd_frame *frame, vd_world_stats *stats) {
     const uint32_t *far = set->far.data;
     vd_status status = vd_success();
+    set->things = 0;
     for (size_t i = 0; i < set->far.count && status.code == VD_OK; i++) {
         vd_impostor_slot *slot = vd_impostor_slot_at(set, far[i]);
         if (slot->now.rgba != NULL || slot->empty) {
@@ -300,7 +334,6 @@ static vd_status show_patches(vd_impostors *set, vd_job *job, const vd_camera *c
 /* Where the near ground and what stands on it are on screen. */
 static rectangle near_rectangle(const vd_impostors *set, const vd_camera *camera,
                                 const vd_frame *frame) {
-    vd_vec3 points[8];
     vd_vec3 min = vd_vec3_make(INFINITY, INFINITY, INFINITY), max = vd_vec3_scale(min, -1.0);
     if (set->any_near) {
         vd_ground_box(&set->ground, set->renderer, &set->near, &min, &max);
@@ -313,14 +346,15 @@ static rectangle near_rectangle(const vd_impostors *set, const vd_camera *camera
             max = vd_vec3_max(max, node->max);
         }
     }
-    if (!(min.x <= max.x) || set->world->def.terrain.curvature) {
+    if (!(min.x <= max.x)) {
         return (rectangle){0, 0, frame->width, frame->height};
     }
-    for (int i = 0; i < 8; i++) {
-        points[i] = vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
-                                 (i & 4) != 0 ? max.z : min.z);
+    if (set->world->def.terrain.curvature) {
+        const double x = fmax(fabs(min.x - camera->eye.x), fabs(max.x - camera->eye.x));
+        const double y = fmax(fabs(min.y - camera->eye.y), fabs(max.y - camera->eye.y));
+        min.z -= vd_curvature_drop(1.0) * (x * x + y * y);
     }
-    return rectangle_of(camera, frame, points, 8);
+    return rectangle_of(camera, frame, min, max);
 }
 
 /* ---- what stands on no patch ------------------------------------------------------------------*/

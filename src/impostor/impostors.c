@@ -26,6 +26,7 @@ vd_impostor_def vd_impostor_def_default(void) {
                            .least_reuse = 4.0,
                            .most_px = 192.0,
                            .samples = 4,
+                           .direct_samples = 1,
                            .settle = true};
     return def;
 }
@@ -51,12 +52,13 @@ static vd_status check(const vd_impostor_def *def) {
                               fields[i].name, v, fields[i].above ? "more than" : "at least", least);
         }
     }
-    if (def->memory_bytes < ((size_t)1 << 20) || vd_sample_offsets(def->samples) == NULL) {
+    if (def->memory_bytes < ((size_t)1 << 20) || vd_sample_offsets(def->samples) == NULL ||
+        vd_sample_offsets(def->direct_samples) == NULL) {
         return vd_failure(
             VD_ERROR_ARGUMENT,
-            "impostors need memory_bytes of at least 1 MiB and 1, 4 or 8 samples, not "
-            "%zu and %d",
-            def->memory_bytes, def->samples);
+            "impostors need memory_bytes of at least 1 MiB, and 1, 4 or 8 samples and "
+            "direct_samples, not %zu, %d and %d",
+            def->memory_bytes, def->samples, def->direct_samples);
     }
     return vd_success();
 }
@@ -393,7 +395,10 @@ static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
 static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera, int width,
                                 int height) {
     /* Half of the time that a picture made now is at least shown. */
-    const double ahead_s = 0.5 * set->def.least_reuse / set->def.rate_hz;
+    double ahead_s = 0.5 * set->def.least_reuse / set->def.rate_hz;
+    if (set->def.link_bytes_per_s > 0.0) { /* and until it comes */
+        ahead_s += fmax(set->link_free_s - set->time_s, 0.0) + set->def.link_latency_s;
+    }
     vd_impostor_view view = {.eye = vd_vec3_add(camera->eye, vd_vec3_scale(set->velocity, ahead_s)),
                              .camera = *camera,
                              .width = width,
@@ -410,6 +415,9 @@ static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera
  * then pictures may take half as long as those things did. (By the budget alone a forest of 5,000
  * direct trees, 300 ms a frame, stays one: eight pictures a frame.) */
 static double budget_s(const vd_impostors *set) {
+    if (set->def.remote) {
+        return fmax(set->def.budget_s, 1.0 / set->def.rate_hz);
+    }
     const bool wanting = set->missing > 0 && set->def.budget_pixels <= 0;
     return wanting ? fmax(set->def.budget_s, set->stats.direct_s) : set->def.budget_s;
 }
@@ -434,11 +442,15 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
         qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
     }
     size_t i = 0;
+    const bool busy = set->def.remote && set->time_s < set->remote_free_s;
     for (; i < set->wishes.count && status.code == VD_OK; i++) {
-        if ((i > 0 && is_spent(set, spent)) || vd_impostors_link_is_full(set)) {
+        if (busy || (i > 0 && is_spent(set, spent)) || vd_impostors_link_is_full(set)) {
             break;
         }
         status = vd_impostors_make(set, job, view, vd_impostor_slot_at(set, wishes[i].slot));
+        if (set->def.remote) {
+            set->remote_free_s = set->time_s + 1e-9 * (double)(vd_clock_ns() - spent->start_ns);
+        }
     }
     set->stats.waiting = set->wishes.count - i;
     return status;
