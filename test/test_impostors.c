@@ -295,6 +295,7 @@ static void particles_have_pictures(void **state) {
     const vd_vec3 middle = {0, 900, 120}, origin = {0, 0, 0};
     vd_impostor_def def = patient();
     def.settle = false;
+    def.direct_samples = 4;
     const vd_particle_look look = cloud_look();
     scene s = {.context = test_context(2, VD_ISA_AUTO)};
     s.map = hills(s.context, origin);

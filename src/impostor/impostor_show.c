@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 #include "core/core.h"
+#include "image/image.h"
 #include "impostor/impostor_set.h"
 #include "terrain/lens_renderer.h"
 
@@ -393,22 +394,20 @@ static vd_status draw_relief(vd_impostors *set, vd_job *job, const vd_camera *ca
     return status;
 }
 
-/* Sky, patches, and over them what is drawn itself: it is nearer than all patches. */
+/* Patches, and over them what is drawn itself: it is nearer than all patches. The sky comes under
+ * all of it at the end, where it is seen. */
 static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera *camera,
                                  vd_frame *frame, vd_world_stats *stats) {
-    vd_pass pass;
     const vd_terrain_window none = VD_TERRAIN_NO_CELLS;
     const vd_terrain_window window = set->any_near ? vd_cells_window(&set->near) : none;
-    const vd_world_part sky = {.ground = &none, .sky = true};
     const vd_world_part front = {
         .ground = &window, .nodes = set->direct.data, .count = set->direct.count};
     const vd_world_part lines = {
         .ground = &none, .nodes = set->lines.data, .count = set->lines.count};
     memset(frame->depth, 0, frame->stride * (size_t)frame->height * sizeof(float));
-    vd_status status = vd_world_draw_part(set->renderer, job, camera, &sky, frame, &pass, stats);
-    if (status.code == VD_OK) {
-        status = show_patches(set, job, camera, frame, stats);
-    }
+    memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
+    vd_frame_forget_objects(frame);
+    vd_status status = show_patches(set, job, camera, frame, stats);
     if (status.code == VD_OK) {
         if (set->any_loose) {
             status = draw_relief(set, job, camera, frame);
@@ -444,6 +443,9 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
     }
     if (status.code == VD_OK) {
         status = show_quads(set, job, camera, true, frame);
+    }
+    if (status.code == VD_OK && set->ground.count > 0) {
+        status = vd_terrain_draw_under(set->renderer->ground, job, camera, frame);
     }
     if (status.code == VD_OK) {
         status = vd_world_begin_over(set->renderer, camera, set->direct.data, set->direct.count,

@@ -184,20 +184,66 @@ static vd_status reserve_canvas(vd_impostors *set, int width, int height) {
     return vd_success();
 }
 
-/* Copies the canvas; null when memory is out. Tells whether anything is on it. */
-static uint8_t *take_picture(vd_impostors *set, bool *any) {
-    const vd_frame *c = set->canvas;
-    const size_t row = (size_t)c->width * 4;
-    uint8_t *rgba = vd_allocate(set->context, (size_t)c->height, row);
-    *any = false;
-    for (int y = 0; y < c->height && rgba != NULL; y++) {
-        const uint8_t *from = c->rgba + 4 * (size_t)y * c->stride;
-        memcpy(rgba + (size_t)y * row, from, row);
-        for (int x = 0; x < c->width && !*any; x++) {
-            *any = from[4 * x + 3] != 0;
+/* Columns and rows of the canvas that anything is on; false when nothing is. */
+static bool find_content(const vd_frame *c, int *x0, int *y0, int *x1, int *y1) {
+    *x0 = c->width, *y0 = c->height, *x1 = *y1 = 0;
+    for (int y = 0; y < c->height; y++) {
+        const uint8_t *row = c->rgba + 4 * (size_t)y * c->stride;
+        int first = 0, end = c->width;
+        while (first < end && row[4 * first + 3] == 0) {
+            first++;
+        }
+        while (end > first && row[4 * end - 1] == 0) {
+            end--;
+        }
+        if (first < end) {
+            *x0 = first < *x0 ? first : *x0;
+            *x1 = end > *x1 ? end : *x1;
+            *y0 = y < *y0 ? y : *y0;
+            *y1 = y + 1;
         }
     }
-    return rgba;
+    return *x0 < *x1;
+}
+
+/* The part of a side that is kept: what is on it, padded, and no less than one pixel. */
+static void keep_side(int side, int *first, int *end) {
+    enum { LEAST = 2 * VD_IMPOSTOR_PAD + 1 };
+    *first = *first > VD_IMPOSTOR_PAD ? *first - VD_IMPOSTOR_PAD : 0;
+    *end = *end + VD_IMPOSTOR_PAD < side ? *end + VD_IMPOSTOR_PAD : side;
+    *end = *end - *first < LEAST ? *first + LEAST : *end;
+    if (*end > side) {
+        *first -= *end - side;
+        *end = side;
+    }
+}
+
+/* Copies what is on the canvas, without the transparent margins that bounds have around what they
+ * bound; rgba stays null when memory is out. */
+static void take_picture(vd_impostors *set, vd_impostor_picture *made) {
+    const vd_frame *c = set->canvas;
+    int x0, y0, x1, y1;
+    made->empty = !find_content(c, &x0, &y0, &x1, &y1);
+    if (made->empty) {
+        x0 = y0 = x1 = y1 = 0;
+    }
+    keep_side(c->width, &x0, &x1);
+    keep_side(c->height, &y0, &y1);
+    double *e = made->plane.extent;
+    const double wide = (e[2] - e[0]) / (c->width - 2 * VD_IMPOSTOR_PAD);
+    const double high = (e[3] - e[1]) / (c->height - 2 * VD_IMPOSTOR_PAD);
+    e[2] = e[0] + (x1 - 2 * VD_IMPOSTOR_PAD) * wide;
+    e[3] = e[1] + (y1 - 2 * VD_IMPOSTOR_PAD) * high;
+    e[0] += x0 * wide;
+    e[1] += y0 * high;
+    made->width = x1 - x0;
+    made->height = y1 - y0;
+    const size_t row = (size_t)made->width * 4;
+    made->rgba = vd_allocate(set->context, (size_t)made->height, row);
+    for (int y = 0; y < made->height && made->rgba != NULL; y++) {
+        const size_t from = (size_t)(y0 + y) * c->stride + (size_t)x0;
+        memcpy(made->rgba + (size_t)y * row, c->rgba + 4 * from, row);
+    }
 }
 
 /* Pixels of a side that is `metres` long on the plane; padded. */
@@ -320,8 +366,7 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
         const vd_cells cells = vd_ground_cells(&set->ground, vd_impostor_patch(set, slot->node));
         made.sides = vd_impostor_sides(view, &cells);
     }
-    bool any = false;
-    made.rgba = take_picture(set, &any);
+    take_picture(set, &made);
     if (made.rgba == NULL) {
         return vd_out_of_memory("an impostor", (size_t)made.width * (size_t)made.height * 4);
     }
@@ -333,7 +378,6 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     for (int i = 0; i < 4; i++) {
         made.opaque[i] = shown.opaque[i];
     }
-    made.empty = !any;
     set->stats.drawn++;
     set->stats.pixels_drawn += (uint64_t)made.width * (uint64_t)made.height;
     set->bytes += (size_t)made.width * (size_t)made.height * 4;
