@@ -50,6 +50,7 @@ static inline vd_impostor_def patient(void) {
     vd_impostor_def def = vd_impostor_def_default();
     def.budget_s = 100.0;
     def.least_reuse = 2.0;
+    def.most_direct = 0;
     return def;
 }
 

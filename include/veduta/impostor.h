@@ -53,22 +53,24 @@ typedef struct vd_impostor_def {
                              themselves */
     double most_px;       /* side: larger objects are split */
     int samples;          /* a pixel, of the pictures: 1, 4, 8 */
+    uint32_t most_direct; /* objects drawn themselves in a frame for want of pictures; others of
+                             them are not seen until theirs come. 0: all */
     int direct_samples;   /* likewise of what is drawn itself while the camera moves */
     size_t budget_pixels; /* of pictures, an update: a budget that is the same on every machine;
                              0: none. One picture is always drawn */
     double link_bytes_per_s; /* a simulated link that pictures come over; 0: none */
     double link_latency_s;   /* from the last byte sent to the picture's being there */
-    bool remote; /* pictures are drawn by another machine, at the far end of the link: an update does
-                    not wait for them, they come on after as long as drawing them took, and while
-                    it draws it is asked for no others */
-    bool no_reuse;           /* every update wishes for every picture anew (table 5.4) */
+    bool remote;   /* pictures are drawn by another machine, at the far end of the link: an update
+                      does   not wait for them, they come on after as long as drawing them took, and
+                      while   it draws it is asked for no others */
+    bool no_reuse; /* every update wishes for every picture anew (table 5.4) */
     bool settle; /* while the camera rests and nothing waits, the whole is one picture aligned with
                     the screen, as vd_world_renderer_draw makes it */
     vd_impostor_show show;
 } vd_impostor_def;
 
-/* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples and 1;
- * it settles. */
+/* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples and 1,
+ * 64 direct; it settles. */
 VD_API vd_impostor_def vd_impostor_def_default(void);
 
 typedef struct vd_impostor_stats {

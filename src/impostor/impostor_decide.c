@@ -192,6 +192,17 @@ static void add_direct(deciding *d, uint32_t index) {
     add_index(d, line && set->ground.count > 0 ? &set->lines : &set->direct, index);
 }
 
+/* Something that has no picture, though one would be good. Particles are drawn the coarser the more
+ * there are; of others no more than are to be. */
+static void add_wanting(deciding *d, uint32_t index) {
+    vd_impostors *set = d->set;
+    if (set->world->nodes[index].loose || set->def.most_direct == 0 ||
+        set->things < set->def.most_direct) {
+        set->things += !set->world->nodes[index].loose;
+        add_direct(d, index);
+    }
+}
+
 /* ---- the tree ---------------------------------------------------------------------------------*/
 
 static bool walk(deciding *d, uint32_t index, bool emit);
@@ -266,7 +277,7 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
                 d->wishing = wishing;
             } else if (d->status.code == VD_OK &&
                        vd_impostor_slot_at(set, set->slot_of[index] - 1)->failures == 0) {
-                add_direct(d, index);
+                add_wanting(d, index);
             }
         }
         return false;
@@ -464,6 +475,7 @@ vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
     set->stats.decided = set->missing = 0;
     set->stats.error_px = 0.0;
     set->any_loose = false;
+    set->things = 0;
     if (set->ground.count > 0) {
         (void)decide_ground(&d);
     }

@@ -76,7 +76,9 @@ struct vd_impostors {
     vd_display *display;
     vd_frame *front; /* what is drawn itself, over patches */
     size_t front_pixels;
-    uint32_t things;  /* drawn on patches without pictures in this frame */
+    uint32_t things;       /* drawn themselves for want of pictures, as decided */
+    uint32_t shown_things; /* and with those on patches */
+    double cloud_detail;   /* factor on what particles' detail is, at least 1 */
     vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
     vd_buffer order;  /* for sorting what is shown */
     vd_buffer depth;  /* of a frame that has none */

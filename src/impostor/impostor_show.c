@@ -288,19 +288,16 @@ static vd_status draw_over(vd_impostors *set, vd_job *job, const vd_camera *came
     return status;
 }
 
-/* A patch without a picture shows its ground, and no more things than this until it has one: a
- * frame that shows a whole forest comes when the camera is elsewhere. */
-#define MOST_THINGS 64
-
-/* A patch that has no picture yet. */
+/* A patch that has no picture yet: its ground, and what stands on it if that is not too much. */
 static vd_status draw_patch(vd_impostors *set, vd_job *job, const vd_camera *camera, uint32_t node,
                             vd_frame *frame, vd_world_stats *stats) {
     const uint32_t patch = vd_impostor_patch(set, node);
     const vd_cells cells = vd_ground_cells(&set->ground, patch);
     const vd_terrain_window window = vd_cells_window(&cells);
     vd_world_part part = {.ground = &window};
-    if (set->things + set->ground.patches[patch].placed <= MOST_THINGS) {
-        set->things += set->ground.patches[patch].placed;
+    const uint32_t placed = set->ground.patches[patch].placed;
+    if (set->def.most_direct == 0 || set->shown_things + placed <= set->def.most_direct) {
+        set->shown_things += placed;
         part.standing = &cells;
     }
     const vd_impostor_view view = {
@@ -317,7 +314,7 @@ static vd_status show_patches(vd_impostors *set, vd_job *job, const vd_camera *c
                               vd_frame *frame, vd_world_stats *stats) {
     const uint32_t *far = set->far.data;
     vd_status status = vd_success();
-    set->things = 0;
+    set->shown_things = set->things;
     for (size_t i = 0; i < set->far.count && status.code == VD_OK; i++) {
         vd_impostor_slot *slot = vd_impostor_slot_at(set, far[i]);
         if (slot->now.rgba != NULL || slot->empty) {
@@ -424,6 +421,19 @@ static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera
     return status;
 }
 
+/* Particles that are drawn themselves in a frame: about these many, by their detail. */
+#define MOST_PARTICLES 1000000u
+#define COARSEST 32.0
+
+/* Their detail in the next frame, of which this one tells. */
+static void refine_clouds(vd_impostors *set, uint64_t particles) {
+    if (particles > MOST_PARTICLES && set->cloud_detail < COARSEST) {
+        set->cloud_detail *= particles > 4 * MOST_PARTICLES ? 4.0 : 1.5;
+    } else if (particles < MOST_PARTICLES / 4 && set->cloud_detail > 1.0) {
+        set->cloud_detail = fmax(set->cloud_detail / 1.5, 1.0);
+    }
+}
+
 /* All of it, into a frame that has depth. */
 static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camera,
                           vd_frame *frame) {
@@ -452,7 +462,11 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
                                      frame, &pass, &own);
     }
     if (status.code == VD_OK) {
+        set->renderer->cloud_detail = set->cloud_detail;
+        own.particles = 0;
         status = vd_world_draw_over(set->renderer, job, &pass, frame);
+        set->renderer->cloud_detail = 0.0;
+        refine_clouds(set, own.particles);
     }
     return status;
 }

@@ -27,6 +27,7 @@ vd_impostor_def vd_impostor_def_default(void) {
                            .most_px = 192.0,
                            .samples = 4,
                            .direct_samples = 1,
+                           .most_direct = 64,
                            .settle = true};
     return def;
 }
@@ -83,6 +84,7 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->world = world;
     set->renderer = renderer;
     set->def = used;
+    set->cloud_detail = 1.0;
     vd_status made = vd_impostor_ground_init(context, renderer, &set->ground);
     const size_t nodes = world->node_count + set->ground.count;
     if (made.code == VD_OK && used.show != VD_IMPOSTOR_SHOW_PICTURES) {

@@ -113,6 +113,9 @@ static vd_status draw_run(vd_world_renderer *r, vd_job *job, const vd_pass *pass
     def.root_count = run->count;
     def.rest_hidden = pass->whole && asset->placed;
     def.drop_per_m2 = pass->drop_per_m2;
+    if (r->cloud_detail > 1.0) {
+        def.detail_px = r->cloud_detail * (def.detail_px > 0.0 ? def.detail_px : 0.5);
+    }
     status =
         vd_brick_view_update(view, job, &def, pass->camera, frame->width, frame->height, &stats);
     if (status.code == VD_OK) {

@@ -21,6 +21,7 @@ struct vd_world_renderer {
     float *costs;                  /* [world->node_count], seconds; 0: never drawn alone */
     vd_list draws, labels, clouds; /* of the last picture */
     bool has_labels, has_clouds;
+    double cloud_detail;     /* factor on the detail of particles, above 1: coarser; 0: none */
     vd_splatter *splatter;   /* null until particles are drawn */
     vd_brick_view **views;   /* [assets]; each null until its particles are drawn; null without */
     vd_list roots;           /* uint32_t: of one asset in the last picture */
