@@ -76,9 +76,10 @@ struct vd_impostors {
     vd_display *display;
     vd_frame *front; /* what is drawn itself, over patches */
     size_t front_pixels;
-    uint32_t things;       /* drawn themselves for want of pictures, as decided */
-    uint32_t shown_things; /* and with those on patches */
-    double cloud_detail;   /* factor on what particles' detail is, at least 1 */
+    uint32_t things;           /* drawn themselves for want of pictures, as decided */
+    int coarse, coarse_frames; /* how coarsely the front is drawn, and since how many frames */
+    uint32_t shown_things;     /* and with those on patches */
+    double cloud_detail;       /* factor on what particles' detail is, at least 1 */
     vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
     vd_buffer order;  /* for sorting what is shown */
     vd_buffer depth;  /* of a frame that has none */
@@ -208,6 +209,26 @@ bool vd_impostors_copy_still(const vd_impostors *set, const vd_camera *camera, v
 /* What lies over a slot's picture; after vd_impostor_make_tints, which returns VD_ERROR_MEMORY. */
 vd_quad_picture vd_impostor_tint(const vd_impostors *set, const vd_impostor_slot *slot);
 VD_MUST_USE vd_status vd_impostor_make_tints(vd_impostors *set);
+
+/* ---- impostor_front.c: what is drawn itself, over a picture of patches with depth -------------
+ */
+
+/* A patch that has no picture yet: its ground, and what stands on it if that is not too much. */
+VD_MUST_USE vd_status vd_impostors_draw_patch(vd_impostors *set, vd_job *job,
+                                              const vd_camera *camera, uint32_t node,
+                                              vd_frame *frame, vd_world_stats *stats);
+
+/* Near ground, and the objects that are drawn themselves. */
+VD_MUST_USE vd_status vd_impostors_draw_front(vd_impostors *set, vd_job *job,
+                                              const vd_camera *camera, vd_frame *frame,
+                                              vd_world_stats *stats);
+VD_MUST_USE vd_status vd_impostors_draw_lines(vd_impostors *set, vd_job *job,
+                                              const vd_camera *camera, vd_frame *frame,
+                                              vd_world_stats *stats);
+
+/* The depth of all ground, coarsely, for what does not stand on it. */
+VD_MUST_USE vd_status vd_impostors_draw_relief(vd_impostors *set, vd_job *job,
+                                               const vd_camera *camera, vd_frame *frame);
 
 /* Whether so much waits for the link that a picture made now would come too late. */
 bool vd_impostors_link_is_full(const vd_impostors *set);

@@ -1,0 +1,228 @@
+/* impostor_make.c: drawing the picture of a node. */
+#include <math.h>
+#include <string.h>
+#include "core/core.h"
+#include "impostor/impostor_set.h"
+
+#define MOST_SIDE 2048
+
+/* Pixels by which pictures of neighbouring patches overlap, besides what they may be wrong by. */
+#define SKIRT_PX 4.0
+
+/* A frame of at least the size, used up to it. */
+static vd_status reserve_canvas(vd_impostors *set, int width, int height) {
+    const size_t pixels = vd_frame_stride(width) * (size_t)height;
+    if (set->canvas == NULL || pixels > set->canvas_pixels) {
+        vd_frame_destroy(&set->canvas);
+        const vd_status status = vd_frame_create(set->context, width, height, 0, &set->canvas);
+        if (status.code != VD_OK) {
+            set->canvas_pixels = 0;
+            return status;
+        }
+        set->canvas_pixels = pixels;
+    }
+    set->canvas->width = width;
+    set->canvas->height = height;
+    set->canvas->stride = vd_frame_stride(width);
+    return vd_success();
+}
+
+/* Columns and rows of the canvas that anything is on; false when nothing is. */
+static bool find_content(const vd_frame *c, int *x0, int *y0, int *x1, int *y1) {
+    *x0 = c->width, *y0 = c->height, *x1 = *y1 = 0;
+    for (int y = 0; y < c->height; y++) {
+        const uint8_t *row = c->rgba + 4 * (size_t)y * c->stride;
+        int first = 0, end = c->width;
+        while (first < end && row[4 * first + 3] == 0) {
+            first++;
+        }
+        while (end > first && row[4 * end - 1] == 0) {
+            end--;
+        }
+        if (first < end) {
+            *x0 = first < *x0 ? first : *x0;
+            *x1 = end > *x1 ? end : *x1;
+            *y0 = y < *y0 ? y : *y0;
+            *y1 = y + 1;
+        }
+    }
+    return *x0 < *x1;
+}
+
+/* The part of a side that is kept: what is on it, padded, and no less than one pixel. */
+static void keep_side(int side, int *first, int *end) {
+    enum { LEAST = 2 * VD_IMPOSTOR_PAD + 1 };
+    *first = *first > VD_IMPOSTOR_PAD ? *first - VD_IMPOSTOR_PAD : 0;
+    *end = *end + VD_IMPOSTOR_PAD < side ? *end + VD_IMPOSTOR_PAD : side;
+    *end = *end - *first < LEAST ? *first + LEAST : *end;
+    if (*end > side) {
+        *first -= *end - side;
+        *end = side;
+    }
+}
+
+/* Copies what is on the canvas, without the transparent margins that bounds have around what they
+ * bound; rgba stays null when memory is out. */
+static void take_picture(vd_impostors *set, vd_impostor_picture *made) {
+    const vd_frame *c = set->canvas;
+    int x0, y0, x1, y1;
+    made->empty = !find_content(c, &x0, &y0, &x1, &y1);
+    if (made->empty) {
+        x0 = y0 = x1 = y1 = 0;
+    }
+    keep_side(c->width, &x0, &x1);
+    keep_side(c->height, &y0, &y1);
+    double *e = made->plane.extent;
+    const double wide = (e[2] - e[0]) / (c->width - 2 * VD_IMPOSTOR_PAD);
+    const double high = (e[3] - e[1]) / (c->height - 2 * VD_IMPOSTOR_PAD);
+    e[2] = e[0] + (x1 - 2 * VD_IMPOSTOR_PAD) * wide;
+    e[3] = e[1] + (y1 - 2 * VD_IMPOSTOR_PAD) * high;
+    e[0] += x0 * wide;
+    e[1] += y0 * high;
+    made->width = x1 - x0;
+    made->height = y1 - y0;
+    const size_t row = (size_t)made->width * 4;
+    made->rgba = vd_allocate(set->context, (size_t)made->height, row);
+    for (int y = 0; y < made->height && made->rgba != NULL; y++) {
+        const size_t from = (size_t)(y0 + y) * c->stride + (size_t)x0;
+        memcpy(made->rgba + (size_t)y * row, c->rgba + 4 * from, row);
+    }
+}
+
+/* Pixels of a side that is `metres` long on the plane; padded. */
+static int side_of(double metres, const vd_impostor_plane *plane, double focal_px) {
+    const double side = ceil(metres * focal_px / plane->distance_m) + 2 * VD_IMPOSTOR_PAD;
+    return side < MOST_SIDE ? (side > 2 * VD_IMPOSTOR_PAD + 1 ? (int)side : 2 * VD_IMPOSTOR_PAD + 1)
+                            : MOST_SIDE;
+}
+
+/* How many cells a patch's picture goes on beyond the patch, so that pictures of neighbours overlap
+ * by some pixels, wrong as either may be. Only towards the eye: what is nearer is shown later and
+ * covers it, with all that stands there. */
+static void add_skirt(const vd_impostors *set, const vd_impostor_view *view,
+                      const vd_impostor_plane *plane, vd_cells *cells) {
+    const double *m = set->ground.world_from_sample;
+    const double cell = fmin(hypot(m[1], m[4]), hypot(m[2], m[5]));
+    const vd_vec3 sight = vd_vec3_subtract(view->eye, plane->origin);
+    const double sine = fmax(fabs(sight.z) / vd_vec3_length(sight), 0.05);
+    const double wanted = SKIRT_PX + 2.0 * set->def.tolerance_px;
+    const double cells_wide = ceil(wanted * plane->distance_m / (view->focal_px * sine * cell));
+    const int most = cells->c1 - cells->c0 + cells->r1 - cells->r0 + 2;
+    const int width = cells_wide < most ? (int)cells_wide : most;
+    const vd_cells *map = &set->ground.map;
+    const vd_cells in = *cells;
+    const unsigned sides = vd_impostor_sides(view, &in);
+    if ((sides & 1u) != 0) {
+        cells->c0 = in.c0 - width > map->c0 ? in.c0 - width : map->c0;
+    }
+    if ((sides & 2u) != 0) {
+        cells->c1 = in.c1 + width < map->c1 ? in.c1 + width : map->c1;
+    }
+    if ((sides & 4u) != 0) {
+        cells->r0 = in.r0 - width > map->r0 ? in.r0 - width : map->r0;
+    }
+    if ((sides & 8u) != 0) {
+        cells->r1 = in.r1 + width < map->r1 ? in.r1 + width : map->r1;
+    }
+}
+
+/* The cells that a node's bounds lie over: ground that they go into. */
+static vd_cells cells_under(const vd_impostors *set, uint32_t node) {
+    const vd_node *n = &set->world->nodes[node];
+    vd_cells in = {0, 0, 0, 0};
+    for (int i = 0; i < 4; i++) {
+        int c, r;
+        vd_world_cell(set->ground.sample_from_world, &set->ground.map,
+                      (i & 1) != 0 ? n->max.x : n->min.x, (i & 2) != 0 ? n->max.y : n->min.y, &c,
+                      &r);
+        const vd_cells at = {c, r, c, r};
+        in = i == 0 ? at : vd_cells_join(&in, &at);
+    }
+    return in;
+}
+
+static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
+                           const vd_camera *camera, const vd_impostor_plane *plane, uint32_t node) {
+    vd_pass pass;
+    vd_world_stats stats = {.objects = 0};
+    if (!vd_impostor_is_patch(set, node) && set->ground.count > 0 &&
+        set->world->nodes[node].grounded) {
+        const vd_cells under = cells_under(set, node);
+        const vd_terrain_window window = vd_cells_window(&under);
+        const vd_world_part part = {
+            .ground = &window, .from = &set->world->nodes[node], .mask = true};
+        return vd_world_draw_part(set->renderer, job, camera, &part, set->canvas, &pass, &stats);
+    }
+    if (!vd_impostor_is_patch(set, node)) {
+        return vd_world_renderer_draw_object(set->renderer, job, camera, set->world->nodes[node].id,
+                                             set->canvas, NULL);
+    }
+    const vd_cells standing = vd_ground_cells(&set->ground, vd_impostor_patch(set, node));
+    vd_cells cells = standing;
+    add_skirt(set, view, plane, &cells);
+    const vd_terrain_window window = vd_cells_window(&cells);
+    const vd_world_part part = {.ground = &window, .standing = &standing};
+    return vd_world_draw_part(set->renderer, job, camera, &part, set->canvas, &pass, &stats);
+}
+
+vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
+                            vd_impostor_slot *slot) {
+    vd_vec3 points[VD_IMPOSTOR_POINTS], through, normal;
+    vd_impostor_picture made = {.focal_px = view->focal_px};
+    const int count = vd_impostor_key_points(set, view, slot->node, points);
+    (void)vd_impostor_best_plane(set, view, slot->node, &through, &normal);
+    bool fits = vd_impostor_plane_fit(view->eye, through, normal, points, count, &made.plane);
+    if (!fits && vd_vec3_dot(normal, normal) > 0.0) {
+        fits = vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), points, count,
+                                     &made.plane);
+    }
+    if (!fits) {
+        vd_impostor_fail(set, slot);
+        return vd_success();
+    }
+    const double *e = made.plane.extent;
+    made.width = side_of(e[2] - e[0], &made.plane, view->focal_px);
+    made.height = side_of(e[3] - e[1], &made.plane, view->focal_px);
+    vd_status status = reserve_canvas(set, made.width, made.height);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const double away =
+        vd_vec3_dot(vd_vec3_subtract(view->eye, made.plane.origin), made.plane.normal);
+    const double nearest = 0.2 * away; /* key points are farther: vd_impostor_plane_fit */
+    const vd_camera camera = vd_impostor_plane_camera(&made.plane, made.width, made.height,
+                                                      VD_IMPOSTOR_PAD, fmax(nearest, 1e-3));
+    const int samples = set->renderer->samples;
+    status = vd_world_renderer_set_samples(set->renderer, set->def.samples);
+    if (status.code == VD_OK) {
+        status = draw_node(set, job, view, &camera, &made.plane, slot->node);
+    }
+    const vd_status back = vd_world_renderer_set_samples(set->renderer, samples);
+    if (status.code == VD_ERROR_CANCELLED || back.code != VD_OK) {
+        return status.code == VD_ERROR_CANCELLED ? status : back;
+    }
+    if (status.code != VD_OK) {
+        vd_impostor_fail(set, slot);
+        return vd_success();
+    }
+    if (vd_impostor_is_patch(set, slot->node)) {
+        const vd_cells cells = vd_ground_cells(&set->ground, vd_impostor_patch(set, slot->node));
+        made.sides = vd_impostor_sides(view, &cells);
+    }
+    take_picture(set, &made);
+    if (made.rgba == NULL) {
+        return vd_out_of_memory("an impostor", (size_t)made.width * (size_t)made.height * 4);
+    }
+    vd_quad_picture shown = {.rgba = made.rgba,
+                             .width = made.width,
+                             .height = made.height,
+                             .stride = (size_t)made.width};
+    vd_quad_picture_find_opaque(&shown);
+    for (int i = 0; i < 4; i++) {
+        made.opaque[i] = shown.opaque[i];
+    }
+    set->stats.drawn++;
+    set->stats.pixels_drawn += (uint64_t)made.width * (uint64_t)made.height;
+    set->bytes += (size_t)made.width * (size_t)made.height * 4;
+    return vd_impostors_take(set, slot, &made);
+}
