@@ -158,7 +158,9 @@ static bool ask(deciding *d, uint32_t index) {
             d->status = vd_out_of_memory("an impostor", sizeof *to);
             return false;
         }
-        *to = (vd_impostor_wish){number, shown * side * side};
+        *to = (vd_impostor_wish){number,
+                                 vd_impostor_parallax(set, d->view, slot) <= set->def.tolerance_px,
+                                 side * side, shown * side * side};
     }
     return slot->now.rgba != NULL || slot->empty;
 }

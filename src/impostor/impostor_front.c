@@ -245,6 +245,8 @@ vd_status vd_impostors_draw_patch(vd_impostors *set, vd_job *job, const vd_camer
     if (set->def.most_direct == 0 || set->shown_things + placed <= set->def.most_direct) {
         set->shown_things += placed;
         part.standing = &cells;
+    } else {
+        part.bare = true;
     }
     const vd_impostor_view view = {
         .camera = *camera,
@@ -298,7 +300,7 @@ vd_status vd_impostors_draw_lines(vd_impostors *set, vd_job *job, const vd_camer
     const vd_terrain_window none = VD_TERRAIN_NO_CELLS;
     const rectangle all = {0, 0, frame->width, frame->height};
     const vd_world_part lines = {
-        .ground = &none, .nodes = set->lines.data, .count = set->lines.count};
+        .ground = &none, .nodes = set->lines.data, .count = set->lines.count, .bare = true};
     return set->lines.count > 0
                ? draw_over(set, job, camera, &lines, all, DEPTH_TESTED, frame, stats)
                : vd_success();

@@ -96,15 +96,22 @@ static bool lacks_a_side(const vd_impostors *set, const vd_impostor_view *view,
     return (vd_impostor_sides(view, &cells) & ~slot->now.sides) != 0;
 }
 
-double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
-                         const vd_impostor_slot *slot) {
+double vd_impostor_parallax(const vd_impostors *set, const vd_impostor_view *view,
+                            const vd_impostor_slot *slot) {
     if (slot->now.rgba == NULL) {
         return (double)INFINITY;
     }
     vd_vec3 points[VD_IMPOSTOR_POINTS];
     const int count = vd_impostor_key_points(set, view, slot->node, points);
-    const double error =
-        vd_impostor_plane_error(&slot->now.plane, points, count, view->eye, view->focal_px);
+    return vd_impostor_plane_error(&slot->now.plane, points, count, view->eye, view->focal_px);
+}
+
+double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
+                         const vd_impostor_slot *slot) {
+    const double error = vd_impostor_parallax(set, view, slot);
+    if (slot->now.rgba == NULL) {
+        return error;
+    }
     const double then = slot->now.plane.distance_m / slot->now.focal_px;
     const double now =
         vd_vec3_length(vd_vec3_subtract(view->eye, slot->now.plane.origin)) / view->focal_px;

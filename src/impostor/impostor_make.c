@@ -168,7 +168,7 @@ static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_vie
 vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
                             vd_impostor_slot *slot) {
     vd_vec3 points[VD_IMPOSTOR_POINTS], through, normal;
-    vd_impostor_picture made = {.focal_px = view->focal_px};
+    vd_impostor_picture made = {.focal_px = view->focal_px * view->detail};
     const int count = vd_impostor_key_points(set, view, slot->node, points);
     (void)vd_impostor_best_plane(set, view, slot->node, &through, &normal);
     bool fits = vd_impostor_plane_fit(view->eye, through, normal, points, count, &made.plane);
@@ -181,8 +181,8 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
         return vd_success();
     }
     const double *e = made.plane.extent;
-    made.width = side_of(e[2] - e[0], &made.plane, view->focal_px);
-    made.height = side_of(e[3] - e[1], &made.plane, view->focal_px);
+    made.width = side_of(e[2] - e[0], &made.plane, made.focal_px);
+    made.height = side_of(e[3] - e[1], &made.plane, made.focal_px);
     vd_status status = reserve_canvas(set, made.width, made.height);
     if (status.code != VD_OK) {
         return status;

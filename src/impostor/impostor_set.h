@@ -53,6 +53,8 @@ typedef struct vd_impostor_sending {
 /* What an update wants to draw. */
 typedef struct vd_impostor_wish {
     uint32_t slot;
+    bool finer;   /* only because the picture there is coarser than the screen, or lacks an edge */
+    double area;  /* pixels on screen, about */
     double worth; /* screen error × area */
 } vd_impostor_wish;
 
@@ -116,7 +118,8 @@ typedef struct vd_impostor_view {
     vd_frustum frustum;
     vd_vec3 velocity; /* metres a second */
     double focal_px, drop_per_m2;
-    double u, v; /* the cell of the map that the camera is over; anywhere outside, too */
+    double detail; /* pixels a side of a picture to one of the screen */
+    double u, v;   /* the cell of the map that the camera is over; anywhere outside, too */
 } vd_impostor_view;
 
 /* The sides of a patch that the eye is beyond: west, east, north, south. There its picture goes on,
@@ -163,6 +166,10 @@ double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
 /* Decides what is shown as what: fills `far`, `shown`, `direct`, `near` and `wishes`. Returns
  * VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view);
+
+/* Screen error of the key points alone; infinity when there is no picture. */
+double vd_impostor_parallax(const vd_impostors *set, const vd_impostor_view *view,
+                            const vd_impostor_slot *slot);
 
 /* Draws the picture of a slot. A drawing that fails is counted, and is no failure of the call;
  * returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */

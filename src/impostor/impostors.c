@@ -225,6 +225,7 @@ static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera
                              .width = width,
                              .height = height,
                              .focal_px = fmax(camera->lens.fx, camera->lens.fy),
+                             .detail = 1.0,
                              .velocity = set->velocity};
     view.frustum = vd_camera_frustum(camera, width, height);
     view.drop_per_m2 = set->world->def.terrain.curvature ? vd_curvature_drop(1.0) : 0.0;
@@ -255,8 +256,29 @@ static bool is_spent(const vd_impostors *set, const spending *spent) {
             set->stats.pixels_drawn - spent->pixels >= (uint64_t)set->def.budget_pixels);
 }
 
-static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
+/* What a link that is asked for more than it carries in LONG_S brings first is half as fine: a
+ * quarter of the bytes. What is only to be finer then waits. */
+#define LONG_S 0.25
+
+/* A picture's pixels over the square of its bounds' diagonal, about. */
+#define BOUND_SHARE 0.2
+
+static bool is_pressed(const vd_impostors *set) {
+    const vd_impostor_wish *wishes = set->wishes.data;
+    double pixels = 0.0;
+    for (size_t i = 0; i < set->wishes.count; i++) {
+        pixels += wishes[i].finer ? 0.0 : wishes[i].area;
+    }
+    return set->def.link_bytes_per_s > 0.0 && !set->def.no_reuse &&
+           BOUND_SHARE * 4.0 * pixels > LONG_S * set->def.link_bytes_per_s;
+}
+
+static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view_given,
                              const spending *spent) {
+    vd_impostor_view coarser = *view_given;
+    const bool pressed = is_pressed(set);
+    coarser.detail = pressed ? 0.5 : 1.0;
+    const vd_impostor_view *view = &coarser;
     const vd_impostor_wish *wishes = set->wishes.data;
     vd_status status = vd_success();
     if (set->wishes.count > 1) {
@@ -267,6 +289,9 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
     for (; i < set->wishes.count && status.code == VD_OK; i++) {
         if (busy || (i > 0 && is_spent(set, spent)) || vd_impostors_link_is_full(set)) {
             break;
+        }
+        if (pressed && wishes[i].finer) {
+            continue;
         }
         status = vd_impostors_make(set, job, view, vd_impostor_slot_at(set, wishes[i].slot));
         if (set->def.remote) {

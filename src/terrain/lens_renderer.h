@@ -83,8 +83,8 @@ static inline void vd_terrain_place(vd_target *to, size_t at, const uint8_t *rgb
     to->id[at] = depth > 0.0f ? id : 0;
 }
 
-/* Draws what is behind the terrain, the sky or the background, under a frame, where pixels are not
- * opaque; whole tiles are passed over. Returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
+/* Draws terrain and sky under a frame, where pixels are not opaque; opaque tiles are passed over.
+ * Returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
 VD_MUST_USE vd_status vd_terrain_draw_under(vd_terrain_renderer *renderer, vd_job *job,
                                             const vd_camera *camera, vd_frame *frame);
 

@@ -1,4 +1,5 @@
-/* terrain_under.c: the sky, where a picture that is there already lets it through. */
+/* terrain_under.c: sky and ground, where a picture that is there already lets them through: the sky
+ * over the hills, and ground between pieces of it that do not quite meet. */
 #include "core/core.h"
 #include "terrain/lens_renderer.h"
 
@@ -84,7 +85,6 @@ vd_status vd_terrain_draw_under(vd_terrain_renderer *renderer, vd_job *job, cons
     }
     const vd_terrain_def kept = renderer->def;
     const vd_lens_tiles seen = {0, 1, count, list};
-    renderer->def.window = VD_TERRAIN_NO_CELLS;
     renderer->def.samples = 1;
     status = vd_lens_draw(renderer, job, camera, 0, &seen, renderer->window, NULL);
     renderer->def = kept;

@@ -16,6 +16,7 @@ typedef struct vd_pass {
     const vd_camera *camera;
     int width, height;
     bool ground;               /* the terrain is seen */
+    bool bare;                 /* no shadows of things fall on it */
     bool mask;                 /* only in that it hides things: it is transparent */
     bool whole;                /* what was not gathered is not seen */
     vd_list *draws;            /* vd_draw */

@@ -185,8 +185,8 @@ static vd_pass begin_pass(vd_world_renderer *renderer, const vd_camera *camera,
 /* Draws what was gathered. */
 static vd_status draw_gathered(vd_world_renderer *renderer, vd_job *job, const vd_pass *pass,
                                vd_frame *frame) {
-    const bool bare = renderer->ground->def.window.columns < 0; /* no shadow falls on the sky */
-    if (renderer->draws.count > 0 || !pass->ground || (vd_world_sun_throws(renderer) && !bare)) {
+    if (renderer->draws.count > 0 || !pass->ground ||
+        (vd_world_sun_throws(renderer) && !pass->bare)) {
         return vd_world_composite(renderer, job, pass, frame);
     }
     const uint64_t ground = vd_clock_ns();
@@ -241,6 +241,7 @@ vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job, const vd_
     *pass = begin_pass(renderer, camera, frame, stats);
     pass->ground = true;
     pass->mask = part->mask;
+    pass->bare = part->bare;
     vd_frame_forget_objects(frame);
     const vd_terrain_def kept = set_ground(renderer, part->ground, part->sky);
     const vd_node *from = part->standing != NULL ? renderer->world->nodes : part->from;

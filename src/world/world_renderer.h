@@ -71,6 +71,7 @@ typedef struct vd_world_part {
     const vd_node *from;             /* … those below and at this node; null: … */
     const uint32_t *nodes;           /* … these placed ones, [count] */
     size_t count;
+    bool bare; /* no shadows of things fall on the ground, as where nothing stands yet */
     bool mask; /* the ground hides what is behind and in it, and is transparent itself */
     bool sky;  /* where nothing is: the sky or the world's background; off: transparent black */
 } vd_world_part;
