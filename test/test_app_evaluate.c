@@ -101,11 +101,11 @@ static void impostors_do_better_over_a_slow_link(void **state) {
     assert_true(number_in(out, NULL, "failed") == 0.0);
 }
 
-/* Without a link whole screens are perfect: they are what is compared with. */
-static void without_a_link_screens_are_perfect(void **state) {
+/* Without a link whole screens are wrong only by being shown for a sixtieth of a second. */
+static void without_a_link_screens_are_good(void **state) {
     (void)state;
     evaluates("--virtual --bandwidth 0 --json");
-    assert_true(number_in(out, "screen", "error") == 0.0);
+    assert_true(number_in(out, "screen", "error") < 0.15);
     assert_true(number_in(out, "screen", "fps") == 60.0);
     const double error = number_in(out, NULL, "error");
     assert_true(error > 0.0 && error < 0.5);
@@ -174,13 +174,13 @@ static void the_tables_have_their_options(void **state) {
     assert_true(number_in(out, NULL, "error") != error);
     evaluates("--seconds 1 --virtual --only impostors --tolerance 0 --json");
     assert_true(number_in(out, NULL, "failed") == 0.0);
-    /* Without a link a screen is perfect unless it is measured by a better one. */
+    /* What a better one says of it is another number. */
     evaluates("--seconds 1 --virtual --bandwidth 0 --only screen --samples 1 --reference-samples 1 "
               "--json");
-    assert_true(number_in(out, "screen", "error") == 0.0);
+    const double alike = number_in(out, "screen", "error");
     evaluates("--seconds 1 --virtual --bandwidth 0 --only screen --samples 1 --reference-samples 8 "
               "--json");
-    assert_true(number_in(out, "screen", "error") > 0.0);
+    assert_true(number_in(out, "screen", "error") > alike);
     assert_true(number_in(out, "settings", "samples") == 1.0);
     assert_true(number_in(out, "settings", "reference_samples") == 8.0);
 }
@@ -318,7 +318,7 @@ static void bad_use_is_told(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(impostors_do_better_over_a_slow_link),
-        cmocka_unit_test(without_a_link_screens_are_perfect),
+        cmocka_unit_test(without_a_link_screens_are_good),
         cmocka_unit_test(latency_is_seen),
         cmocka_unit_test(virtual_runs_are_the_same),
         cmocka_unit_test(programs_run_alone),

@@ -218,7 +218,7 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
         status = show_quads(set, job, camera, true, frame);
     }
     if (status.code == VD_OK && set->ground.count > 0) {
-        status = vd_terrain_draw_under(set->renderer->ground, job, camera, frame);
+        status = vd_terrain_draw_under(set->renderer->ground, job, camera, !set->frozen, frame);
     }
     if (status.code == VD_OK) {
         status = vd_world_begin_over(set->renderer, camera, set->direct.data, set->direct.count,

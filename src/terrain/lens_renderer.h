@@ -83,10 +83,10 @@ static inline void vd_terrain_place(vd_target *to, size_t at, const uint8_t *rgb
     to->id[at] = depth > 0.0f ? id : 0;
 }
 
-/* Draws terrain and sky under a frame, where pixels are not opaque; opaque tiles are passed over.
- * Returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
+/* Draws the sky, and terrain if `ground`, under a frame, where pixels are not opaque; opaque tiles
+ * are passed over. Returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
 VD_MUST_USE vd_status vd_terrain_draw_under(vd_terrain_renderer *renderer, vd_job *job,
-                                            const vd_camera *camera, vd_frame *frame);
+                                            const vd_camera *camera, bool ground, vd_frame *frame);
 
 /* Returns the kernels of a level (VD_ISA_V2 … VD_ISA_V4). */
 const vd_lens_methods *vd_lens_methods_for(vd_isa isa);

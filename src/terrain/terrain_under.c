@@ -71,7 +71,7 @@ static vd_status reserve(vd_terrain_renderer *renderer, const vd_frame *frame, i
 }
 
 vd_status vd_terrain_draw_under(vd_terrain_renderer *renderer, vd_job *job, const vd_camera *camera,
-                                vd_frame *frame) {
+                                bool ground, vd_frame *frame) {
     const int tiles_x = vd_lens_tile_count(frame->width);
     const int tiles = tiles_x * vd_lens_tile_count(frame->height);
     vd_status status = reserve(renderer, frame, tiles);
@@ -86,6 +86,9 @@ vd_status vd_terrain_draw_under(vd_terrain_renderer *renderer, vd_job *job, cons
     const vd_terrain_def kept = renderer->def;
     const vd_lens_tiles seen = {0, 1, count, list};
     renderer->def.samples = 1;
+    if (!ground) {
+        renderer->def.window = VD_TERRAIN_NO_CELLS;
+    }
     status = vd_lens_draw(renderer, job, camera, 0, &seen, renderer->window, NULL);
     renderer->def = kept;
     under u = {renderer->window, frame, list, tiles_x};
