@@ -24,6 +24,7 @@
 #ifndef VEDUTA_IMPOSTOR_H
 #define VEDUTA_IMPOSTOR_H
 
+#include <veduta/display.h>
 #include <veduta/world.h>
 
 VD_BEGIN_DECLARATIONS
@@ -67,6 +68,10 @@ typedef struct vd_impostor_def {
     bool settle; /* while the camera rests and nothing waits, the whole is one picture aligned with
                     the screen, as vd_world_renderer_draw makes it */
     vd_impostor_show show;
+    bool ship;     /* pictures are for a client that shows them by itself: vd_impostors_fresh */
+    double spare;  /* `ship`: share of the screen's width and height by which the view is wider on
+                      each side, since the client may turn before it hears: 0 … 1 */
+    double rest_s; /* how long the camera must rest before it settles */
 } vd_impostor_def;
 
 /* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples and 1,
@@ -124,6 +129,66 @@ VD_API void vd_impostors_freeze(vd_impostors *impostors, bool frozen);
 
 /* Whether the picture is the still one, of which nothing will change while the camera rests. */
 VD_API bool vd_impostors_settled(const vd_impostors *impostors);
+
+/* Returns the still picture while vd_impostors_settled, of the last update's size and with depth;
+ * else null. Borrowed until the next update. */
+VD_API const vd_frame *vd_impostors_still(const vd_impostors *impostors);
+
+/* ---- for a client that has pictures and nothing else ------------------------------------------
+ * With `ship` a picture counts as shown only once it was handed over, so what is ordered is always
+ * something that the client has, and parents change places with their children in one order.
+ *
+ *     status = vd_impostors_update(set, job, &camera, width, height, time_s, &stats);
+ *     status = vd_impostors_fresh(set, &items, &count);
+ *     for (int i = 0; i < count && there is room; i++) {
+ *         send(&items[i]);
+ *         vd_impostors_deliver(set, items[i].id, items[i].version);
+ *     }
+ *     status = vd_impostors_finish_order(set, job, &items, &count);   // send and deliver all these
+ *     status = vd_impostors_order(set, &order);
+ *     status = vd_impostors_gone(set, &ids, &count);
+ *
+ * Besides pictures of objects and patches there are: the sky, six pictures around the eye and so
+ * far away that they have no parallax; and the picture in front, of all that is drawn itself, on a
+ * plane that faces the camera, made anew when it is wrong by more than the tolerance, when the
+ * camera has turned beyond the spare, or when something else is in it. */
+typedef struct vd_impostor_item {
+    uint64_t id;             /* of the object; of others its first byte is 254 or 255 */
+    uint32_t version;        /* grows with every picture of a set */
+    vd_vec3 corners[4];      /* as vd_quad_place takes them */
+    vd_quad_picture picture; /* borrowed until the next call, delivering aside */
+} vd_impostor_item;
+
+typedef struct vd_impostor_order {
+    const uint64_t *ids; /* back to front; borrowed until the next call */
+    int count;
+    double missing; /* share of the picture's area that waits for its first picture, 0 … 1 */
+} vd_impostor_order;
+
+/* What was made and not delivered, the most valuable first; what a newer camera has made worthless
+ * is not in it. At most about 1 MiB of pictures is made ahead. Returns VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_impostors_fresh(vd_impostors *impostors,
+                                                const vd_impostor_item **items, int *count);
+
+/* The client has this one before anything that is sent from now on. */
+VD_API void vd_impostors_deliver(vd_impostors *impostors, uint64_t id, uint32_t version);
+
+/* Decides anew what is shown, now that pictures were delivered, and makes the sky and the picture
+ * in front if they are due: these have to be delivered before the order. Returns the errors of
+ * drawing. */
+VD_API VD_MUST_USE vd_status vd_impostors_finish_order(vd_impostors *impostors, vd_job *job,
+                                                       const vd_impostor_item **items, int *count);
+
+/* What is to be shown: ids that were delivered. Returns VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_impostors_order(vd_impostors *impostors, vd_impostor_order *out);
+
+/* Ids, ascending, that were delivered and whose pictures were given up for memory since the last
+ * call: for the client to forget. Returns VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_impostors_gone(vd_impostors *impostors, const uint64_t **ids,
+                                               int *count);
+
+/* The client no longer has a picture; an unknown id changes nothing. */
+VD_API void vd_impostors_lose(vd_impostors *impostors, uint64_t id);
 
 /* ---- the measure ------------------------------------------------------------------------------
  * e = sqrt(mean over pixels of |g − r|² / 0.1), red, green and blue in 0 … 1 as encoded (Lawlor

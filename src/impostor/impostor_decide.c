@@ -143,8 +143,9 @@ static bool ask(deciding *d, uint32_t index) {
     const double error = vd_impostor_error(set, d->view, slot);
     const bool wrong =
         !(error <= set->def.tolerance_px) || set->def.tolerance_px == 0.0 || set->def.no_reuse;
-    if (wrong && d->wishing && !slot->coming && slot->asked != set->update &&
-        set->time_s >= slot->retry_s) {
+    if (wrong && d->wishing && slot->coming) {
+        slot->asked = set->update; /* still of use */
+    } else if (wrong && d->wishing && slot->asked != set->update && set->time_s >= slot->retry_s) {
         slot->asked = set->update;
         vd_vec3 min, max;
         vd_impostor_bounds(set, d->view, index, &min, &max);

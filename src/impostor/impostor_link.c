@@ -4,6 +4,7 @@
  * and what it has sent arrives a fixed time later. Pictures arrive in the order in which they were
  * made. What happens follows from the calls and their times alone, so that a run can be repeated.
  */
+#include <math.h>
 #include <string.h>
 #include "core/core.h"
 #include "impostor/impostor_set.h"
@@ -11,11 +12,15 @@
 /* Pictures that would have to wait longer, besides the time between updates, are not made. */
 #define LONGEST_QUEUE_S 0.1
 
+/* Bytes of pictures that wait for a client. */
+#define MOST_AHEAD ((size_t)1 << 20)
+
 static size_t bytes_of(const vd_impostor_picture *picture) {
     return (size_t)picture->width * (size_t)picture->height * 4;
 }
 
-static void replace(vd_impostors *set, vd_impostor_slot *slot, const vd_impostor_picture *made) {
+void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
+                          const vd_impostor_picture *made) {
     vd_impostor_release(set, &slot->before);
     if (set->def.fade_s > 0.0 && slot->now.rgba != NULL) {
         slot->before = slot->now;
@@ -41,8 +46,9 @@ double vd_impostors_send(vd_impostors *set, size_t bytes) {
 }
 
 vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slot, vd_impostor_picture *made) {
-    if (set->def.link_bytes_per_s == 0.0) {
-        replace(set, slot, made);
+    /* A client need not be told of what is empty. */
+    if (set->def.link_bytes_per_s == 0.0 && (!set->def.ship || made->empty)) {
+        vd_impostors_replace(set, slot, made);
         return vd_success();
     }
     vd_impostor_sending *to = vd_list_add(set->context, &set->sending, 1, sizeof *to);
@@ -50,8 +56,9 @@ vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slot, vd_impost
         vd_impostor_release(set, made);
         return vd_out_of_memory("an impostor on its way", sizeof *to);
     }
-    *to = (vd_impostor_sending){*made, set->slot_of[slot->node] - 1,
-                                vd_impostors_send(set, bytes_of(made))};
+    const double arrives_s =
+        set->def.ship ? (double)INFINITY : vd_impostors_send(set, bytes_of(made));
+    *to = (vd_impostor_sending){*made, set->slot_of[slot->node] - 1, arrives_s};
     slot->coming = true;
     set->sending_bytes += bytes_of(made);
     return vd_success();
@@ -64,7 +71,7 @@ void vd_impostors_receive(vd_impostors *set) {
         vd_impostor_slot *slot = vd_impostor_slot_at(set, sending[arrived].slot);
         slot->coming = false;
         set->sending_bytes -= bytes_of(&sending[arrived].picture);
-        replace(set, slot, &sending[arrived].picture);
+        vd_impostors_replace(set, slot, &sending[arrived].picture);
     }
     if (arrived > 0) {
         set->sending.count -= arrived;
@@ -75,6 +82,9 @@ void vd_impostors_receive(vd_impostors *set) {
 bool vd_impostors_link_is_full(const vd_impostors *set) {
     /* What is on its way takes memory that cannot be given up. */
     const double queue_s = LONGEST_QUEUE_S + set->interval_s;
+    if (set->def.ship) {
+        return set->sending_bytes > MOST_AHEAD;
+    }
     return set->def.link_bytes_per_s > 0.0 && (set->link_free_s - set->time_s > queue_s ||
                                                set->sending_bytes > set->def.memory_bytes / 2);
 }

@@ -221,6 +221,7 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     for (int i = 0; i < 4; i++) {
         made.opaque[i] = shown.opaque[i];
     }
+    made.version = ++set->versions;
     set->stats.drawn++;
     set->stats.pixels_drawn += (uint64_t)made.width * (uint64_t)made.height;
     set->bytes += (size_t)made.width * (size_t)made.height * 4;

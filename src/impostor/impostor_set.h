@@ -27,13 +27,15 @@ typedef struct vd_impostor_picture {
     double focal_px; /* of the camera that it was made for */
     bool empty;      /* nothing is on it */
     unsigned sides;  /* of a patch: on which it goes on beyond the patch, vd_impostor_sides */
+    uint32_t version;
 } vd_impostor_picture;
 
 typedef struct vd_impostor_slot {
     uint32_t node;
-    bool split;  /* its children were shown last */
-    bool empty;  /* its picture shows nothing: nothing is shown */
-    bool coming; /* a picture of it is on the link */
+    bool split;     /* its children were shown last */
+    bool empty;     /* its picture shows nothing: nothing is shown */
+    bool coming;    /* a picture of it is on the link */
+    bool delivered; /* the client of `ship` has one */
     uint32_t failures;
     double retry_s;                  /* not drawn again before */
     double born_s;                   /* when the picture came */
@@ -57,6 +59,31 @@ typedef struct vd_impostor_wish {
     double area;  /* pixels on screen, about */
     double worth; /* screen error × area */
 } vd_impostor_wish;
+
+/* A picture for a client that belongs to no slot: a side of the sky, or what is in front. */
+typedef struct vd_impostor_extra {
+    uint64_t id;
+    uint32_t version; /* 0: none yet */
+    bool delivered;
+    vd_vec3 corners[4];
+    uint8_t *rgba; /* [height][width][4]; null: there is nothing on it */
+    int width, height;
+    size_t room; /* bytes of rgba */
+} vd_impostor_extra;
+
+#define VD_SKY_SIDES 6
+
+/* The last of these is what is in front. */
+#define VD_EXTRAS (VD_SKY_SIDES + 1)
+
+/* What the picture in front was made of and for. */
+typedef struct vd_impostor_front {
+    vd_camera camera; /* of its frame, cut nowhere */
+    int width, height;
+    uint64_t contents; /* hash */
+    double half_range; /* half of 1 / nearest - 1 / farthest of what is in it */
+    bool wanted;       /* there is something in it */
+} vd_impostor_front;
 
 struct vd_impostors {
     vd_context *context;
@@ -101,6 +128,14 @@ struct vd_impostors {
     int rest_width, rest_height;
     uint8_t *tints; /* see impostor_tint.c; null until some are shown */
     bool frozen;
+    double rest_since_s; /* when the camera came to rest */
+    uint32_t versions;   /* of pictures so far */
+    vd_impostor_extra extras[VD_EXTRAS];
+    vd_impostor_front in_front; /* `ship`; see impostor_items.c */
+    vd_frame *front_frame;
+    vd_vec3 sky_eye;
+    vd_list items; /* vd_impostor_item */
+    vd_list ids;   /* uint64_t, of an order or of what is gone */
     uint64_t update;
     double time_s;         /* of the last update; before the first: none */
     double interval_s;     /* from the one before */
@@ -110,7 +145,7 @@ struct vd_impostors {
     vd_impostor_stats stats;
 };
 
-/* How an update sees the world. */
+/* How an update, or a picture for a client, sees the world. */
 typedef struct vd_impostor_view {
     vd_vec3 eye;      /* where pictures are made from: where the camera will be */
     vd_camera camera; /* as it is */
@@ -128,6 +163,31 @@ static inline unsigned vd_impostor_sides(const vd_impostor_view *view, const vd_
     return (view->u < cells->c0 ? 1u : 0u) | (view->u > cells->c1 + 1 ? 2u : 0u) |
            (view->v < cells->r0 ? 4u : 0u) | (view->v > cells->r1 + 1 ? 8u : 0u);
 }
+
+/* The view of the last update's camera, eye and motion. */
+vd_impostor_view vd_impostors_view(const vd_impostors *set, const vd_camera *camera, int width,
+                                   int height);
+
+/* Takes a picture that has arrived over. */
+void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
+                          const vd_impostor_picture *made);
+
+/* Forgets pictures that wait to be delivered and that the last update did not ask for. */
+void vd_impostors_forget_stale(vd_impostors *set);
+void vd_impostors_release_extras(vd_impostors *set);
+
+/* Where a picture stands in the world, its transparent edge included. */
+void vd_impostor_corners(const vd_impostor_picture *picture, vd_vec3 out[4]);
+
+/* Whether object pictures are drawn into the picture in front: where there is ground, which they
+ * are told from by depth. */
+bool vd_impostors_shown_in_front(const vd_impostors *set);
+
+/* Draws what is not on patches, over transparent black: ground that is near, what is drawn itself,
+ * object pictures if they are told by depth, names and particles; nothing of the overlay. The frame
+ * must have depth. */
+VD_MUST_USE vd_status vd_impostors_draw_alone(vd_impostors *set, vd_job *job,
+                                              const vd_camera *camera, vd_frame *frame);
 
 /* The most key points of a node. */
 #define VD_IMPOSTOR_POINTS VD_GROUND_POINTS

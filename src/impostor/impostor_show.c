@@ -11,7 +11,7 @@
 #include "terrain/lens_renderer.h"
 
 /* Corners of a picture, its transparent edge included. */
-static void corners_of(const vd_impostor_picture *p, vd_vec3 out[4]) {
+void vd_impostor_corners(const vd_impostor_picture *p, vd_vec3 out[4]) {
     const double *e = p->plane.extent;
     const double x = VD_IMPOSTOR_PAD * (e[2] - e[0]) / (p->width - 2 * VD_IMPOSTOR_PAD);
     const double y = VD_IMPOSTOR_PAD * (e[3] - e[1]) / (p->height - 2 * VD_IMPOSTOR_PAD);
@@ -96,7 +96,7 @@ static vd_status add_quad(vd_impostors *set, const vd_camera *camera, const vd_i
     for (int i = 0; i < 4; i++) {
         quad.picture.opaque[i] = picture->opaque[i];
     }
-    corners_of(picture, corners);
+    vd_impostor_corners(picture, corners);
     const vd_status status = vd_quad_place(&quad, camera, corners);
     if (status.code != VD_OK) {
         return vd_success(); /* too far away to be told from nothing */
@@ -167,15 +167,11 @@ static vd_status show_patches(vd_impostors *set, vd_job *job, const vd_camera *c
     return status.code == VD_OK ? show_quads(set, job, camera, false, frame) : status;
 }
 
-/* Patches, and over them what is drawn itself: it is nearer than all patches. The sky comes under
- * all of it at the end, where it is seen. */
-static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera *camera,
-                                 vd_frame *frame, vd_world_stats *stats) {
-    memset(frame->depth, 0, frame->stride * (size_t)frame->height * sizeof(float));
-    memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
-    vd_frame_forget_objects(frame);
-    vd_status status = show_patches(set, job, camera, frame, stats);
-    if (status.code == VD_OK && set->any_loose) {
+/* What is drawn itself, over patches: it is nearer than all of them. */
+static vd_status draw_before_patches(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                                     vd_frame *frame, vd_world_stats *stats) {
+    vd_status status = vd_success();
+    if (set->any_loose) {
         status = vd_impostors_draw_relief(set, job, camera, frame);
     }
     if (status.code == VD_OK) {
@@ -197,6 +193,74 @@ static void refine_clouds(vd_impostors *set, uint64_t particles) {
     }
 }
 
+/* Patches, and what is before them. The sky comes under all of it at the end, where it is seen. */
+static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                                 vd_frame *frame, vd_world_stats *stats) {
+    memset(frame->depth, 0, frame->stride * (size_t)frame->height * sizeof(float));
+    memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
+    vd_frame_forget_objects(frame);
+    const vd_status status = show_patches(set, job, camera, frame, stats);
+    return status.code == VD_OK ? draw_before_patches(set, job, camera, frame, stats) : status;
+}
+
+/* Object pictures, tested by depth. */
+static vd_status draw_objects(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                              vd_frame *frame) {
+    const uint32_t *shown = set->shown.data;
+    vd_status status = vd_success();
+    for (size_t i = 0; i < set->shown.count && status.code == VD_OK; i++) {
+        status = add_slot(set, camera, vd_impostor_slot_at(set, shown[i]));
+    }
+    return status.code == VD_OK ? show_quads(set, job, camera, true, frame) : status;
+}
+
+/* Names and particles of what is drawn itself. */
+static vd_status draw_names(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                            vd_frame *frame, vd_pass *pass, vd_world_stats *stats) {
+    vd_status status = vd_world_begin_over(set->renderer, camera, set->direct.data,
+                                           set->direct.count, frame, pass, stats);
+    if (status.code == VD_OK) {
+        set->renderer->cloud_detail = set->cloud_detail;
+        stats->particles = 0;
+        status = vd_world_draw_over(set->renderer, job, pass, frame);
+        set->renderer->cloud_detail = 0.0;
+        refine_clouds(set, stats->particles);
+    }
+    return status;
+}
+
+bool vd_impostors_shown_in_front(const vd_impostors *set) {
+    const vd_terrain_def *terrain = &set->world->def.terrain;
+    return terrain->heightfield != NULL || terrain->function != NULL;
+}
+
+vd_status vd_impostors_draw_alone(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                                  vd_frame *frame) {
+    vd_pass pass;
+    vd_world_stats own = {.objects = 0};
+    const size_t pixels = frame->stride * (size_t)frame->height;
+    const vd_world_part all = {.nodes = set->direct.data, .count = set->direct.count};
+    vd_overlay_function *const overlay = set->renderer->def.overlay;
+    set->quads.count = 0;
+    vd_status status = vd_success();
+    if (set->ground.count > 0) {
+        memset(frame->rgba, 0, 4 * pixels);
+        memset(frame->depth, 0, pixels * sizeof(float));
+        status = draw_before_patches(set, job, camera, frame, &own);
+    } else {
+        status = vd_world_draw_part(set->renderer, job, camera, &all, frame, &pass, &own);
+    }
+    if (status.code == VD_OK && vd_impostors_shown_in_front(set)) {
+        status = draw_objects(set, job, camera, frame);
+    }
+    if (status.code == VD_OK) {
+        set->renderer->def.overlay = NULL; /* it belongs to the screen and not to the world */
+        status = draw_names(set, job, camera, frame, &pass, &own);
+        set->renderer->def.overlay = overlay;
+    }
+    return status;
+}
+
 /* All of it, into a frame that has depth. */
 static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camera,
                           vd_frame *frame) {
@@ -210,28 +274,13 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
                                              : vd_world_draw_part(set->renderer, job, camera, &all,
                                                                   frame, &pass, &own);
     set->stats.direct_s = 1e-9 * (double)(vd_clock_ns() - start) - set->stats.show_s;
-    const uint32_t *shown = set->shown.data;
-    for (size_t i = 0; i < set->shown.count && status.code == VD_OK; i++) {
-        status = add_slot(set, camera, vd_impostor_slot_at(set, shown[i]));
-    }
     if (status.code == VD_OK) {
-        status = show_quads(set, job, camera, true, frame);
+        status = draw_objects(set, job, camera, frame);
     }
     if (status.code == VD_OK && set->ground.count > 0) {
         status = vd_terrain_draw_under(set->renderer->ground, job, camera, !set->frozen, frame);
     }
-    if (status.code == VD_OK) {
-        status = vd_world_begin_over(set->renderer, camera, set->direct.data, set->direct.count,
-                                     frame, &pass, &own);
-    }
-    if (status.code == VD_OK) {
-        set->renderer->cloud_detail = set->cloud_detail;
-        own.particles = 0;
-        status = vd_world_draw_over(set->renderer, job, &pass, frame);
-        set->renderer->cloud_detail = 0.0;
-        refine_clouds(set, own.particles);
-    }
-    return status;
+    return status.code == VD_OK ? draw_names(set, job, camera, frame, &pass, &own) : status;
 }
 
 vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *camera,

@@ -41,13 +41,14 @@ vd_status vd_impostors_settle(vd_impostors *set, vd_job *job, const vd_camera *c
     const bool rests = set->resting > 0 && same_camera(camera, &set->rest_camera) &&
                        width == set->rest_width && height == set->rest_height;
     set->resting = rests ? set->resting + 1 : 1;
+    set->rest_since_s = rests ? set->rest_since_s : set->time_s;
     set->rest_camera = *camera;
     set->rest_width = width;
     set->rest_height = height;
     set->has_still = set->has_still && rests;
     const bool whole = set->stats.waiting == 0 && set->missing == 0 && set->sending.count == 0;
     if (!set->def.settle || set->has_still || !rests || !whole || set->def.no_reuse ||
-        set->def.tolerance_px == 0.0) {
+        set->def.tolerance_px == 0.0 || set->time_s - set->rest_since_s < set->def.rest_s) {
         return vd_success();
     }
     return draw_still(set, job, camera, width, height);

@@ -40,6 +40,8 @@ static vd_status check(const vd_impostor_def *def) {
                   {"least_reuse", def->least_reuse, 0.0, false},
                   {"link_bytes_per_s", def->link_bytes_per_s, 0.0, false},
                   {"link_latency_s", def->link_latency_s, 0.0, false},
+                  {"spare", def->spare, 0.0, false},
+                  {"rest_s", def->rest_s, 0.0, false},
                   {"most_px", def->most_px, 8.0, false}};
     for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
         const double v = fields[i].value, least = fields[i].least;
@@ -55,6 +57,14 @@ static vd_status check(const vd_impostor_def *def) {
             "impostors need memory_bytes of at least 1 MiB, and 1, 4 or 8 samples and "
             "direct_samples, not %zu, %d and %d",
             def->memory_bytes, def->samples, def->direct_samples);
+    }
+    if (def->spare > 1.0 || (def->ship && (def->link_bytes_per_s > 0.0 || def->fade_s > 0.0))) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          def->spare > 1.0
+                              ? "impostors with a spare of more than 1 are mostly out of sight; "
+                                "give a share of the screen"
+                              : "impostors for a client have no simulated link and no fading; "
+                                "leave link_bytes_per_s and fade_s at 0");
     }
     return vd_success();
 }
@@ -143,6 +153,10 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_frame_destroy(&set->front);
     vd_frame_destroy(&set->relief);
     vd_frame_destroy(&set->still);
+    vd_frame_destroy(&set->front_frame);
+    vd_impostors_release_extras(set);
+    vd_release(set->context, set->items.data);
+    vd_release(set->context, set->ids.data);
     vd_release(set->context, set->tints);
     vd_impostor_ground_finish(set->context, &set->ground);
     vd_release(set->context, set->far.data);
@@ -213,8 +227,8 @@ static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
     set->time_s = time_s;
 }
 
-static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera, int width,
-                                int height) {
+vd_impostor_view vd_impostors_view(const vd_impostors *set, const vd_camera *camera, int width,
+                                   int height) {
     /* Half of the time that a picture made now is at least shown. */
     double ahead_s = 0.5 * set->def.least_reuse / set->def.rate_hz;
     if (set->def.link_bytes_per_s > 0.0) { /* and until it comes */
@@ -227,7 +241,11 @@ static vd_impostor_view view_of(const vd_impostors *set, const vd_camera *camera
                              .focal_px = fmax(camera->lens.fx, camera->lens.fy),
                              .detail = 1.0,
                              .velocity = set->velocity};
-    view.frustum = vd_camera_frustum(camera, width, height);
+    const int x = (int)(set->def.spare * width), y = (int)(set->def.spare * height);
+    vd_camera wide = *camera;
+    wide.lens.cx += x;
+    wide.lens.cy += y;
+    view.frustum = vd_camera_frustum(&wide, width + 2 * x, height + 2 * y);
     view.drop_per_m2 = set->world->def.terrain.curvature ? vd_curvature_drop(1.0) : 0.0;
     vd_ground_at(&set->ground, camera->eye.x, camera->eye.y, &view.u, &view.v);
     return view;
@@ -311,7 +329,7 @@ enum { MOST_ROUNDS = 6 };
 static bool needs_another_round(const vd_impostors *set, uint64_t drawn, const spending *spent) {
     const bool wrong = set->stats.error_px > VERY_WRONG * fmax(set->def.tolerance_px, 0.1);
     return set->stats.drawn > drawn && (set->missing > 0 || wrong) && set->stats.waiting == 0 &&
-           set->def.link_bytes_per_s == 0.0 && !is_spent(set, spent);
+           set->def.link_bytes_per_s == 0.0 && !set->def.ship && !is_spent(set, spent);
 }
 
 /* Decides and draws. */
@@ -325,6 +343,7 @@ static vd_status make_all(vd_impostors *set, vd_job *job, const vd_impostor_view
         status = vd_impostors_decide(set, view);
         set->stats.decide_s += 1e-9 * (double)(vd_clock_ns() - start);
         if (round == 0) {
+            vd_impostors_forget_stale(set);
             spent.start_ns = vd_clock_ns();
             spent.most_s = budget_s(set);
         } else if (set->wishes.count == 0) {
@@ -370,7 +389,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     set->stats.drawn = 0;
     follow(set, camera, time_s);
     vd_impostors_receive(set);
-    const vd_impostor_view view = view_of(set, camera, width, height);
+    const vd_impostor_view view = vd_impostors_view(set, camera, width, height);
     status = make_all(set, job, &view);
     vd_impostors_trim(set);
     if (status.code == VD_OK) {
