@@ -72,6 +72,7 @@ typedef struct vd_impostor_def {
     double spare;  /* `ship`: share of the screen's width and height by which the view is wider on
                       each side, since the client may turn before it hears: 0 … 1 */
     double rest_s; /* how long the camera must rest before it settles */
+    uint32_t first_version; /* `ship`: of pictures; another one for every set tells them apart */
 } vd_impostor_def;
 
 /* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples and 1,
@@ -189,6 +190,16 @@ VD_API VD_MUST_USE vd_status vd_impostors_gone(vd_impostors *impostors, const ui
 
 /* The client no longer has a picture; an unknown id changes nothing. */
 VD_API void vd_impostors_lose(vd_impostors *impostors, uint64_t id);
+
+/* Whether this very picture was delivered and is still the one. */
+VD_API bool vd_impostors_holds(const vd_impostors *impostors, uint64_t id, uint32_t version);
+
+/* A client comes back and has `count` of the pictures, by ascending id: it has lost the others. */
+VD_API void vd_impostors_resume(vd_impostors *impostors, const uint64_t *ids,
+                                const uint32_t *versions, int count);
+
+/* Changes the tolerance, at least 0 and finite, from the next update on. */
+VD_API void vd_impostors_set_tolerance(vd_impostors *impostors, double tolerance_px);
 
 /* ---- the measure ------------------------------------------------------------------------------
  * e = sqrt(mean over pixels of |g − r|² / 0.1), red, green and blue in 0 … 1 as encoded (Lawlor

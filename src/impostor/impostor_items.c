@@ -142,6 +142,44 @@ void vd_impostors_lose(vd_impostors *set, uint64_t id) {
     }
 }
 
+bool vd_impostors_holds(const vd_impostors *set, uint64_t id, uint32_t version) {
+    for (int i = 0; i < VD_EXTRAS; i++) {
+        const vd_impostor_extra *extra = &set->extras[i];
+        if (extra->id == id) {
+            return extra->delivered && extra->version == version;
+        }
+    }
+    const vd_impostor_slot *slot = find_slot(set, id);
+    return slot != NULL && slot->delivered && slot->now.rgba != NULL &&
+           slot->now.version == version;
+}
+
+static int compare_ids(const void *a, const void *b) {
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+void vd_impostors_resume(vd_impostors *set, const uint64_t *ids, const uint32_t *versions,
+                         int count) {
+    for (uint32_t i = 0; i < set->slots.count + VD_EXTRAS; i++) {
+        const bool is_slot = i < set->slots.count;
+        const uint64_t id = is_slot ? id_of(set, vd_impostor_slot_at(set, i)->node)
+                                    : set->extras[i - set->slots.count].id;
+        const uint64_t *found =
+            count > 0 ? bsearch(&id, ids, (size_t)count, sizeof *ids, compare_ids) : NULL;
+        const bool delivered = is_slot ? vd_impostor_slot_at(set, i)->delivered
+                                       : set->extras[i - set->slots.count].delivered;
+        if (delivered && (found == NULL || !vd_impostors_holds(set, id, versions[found - ids]))) {
+            vd_impostors_lose(set, id);
+        }
+    }
+}
+
+void vd_impostors_set_tolerance(vd_impostors *set, double tolerance_px) {
+    set->def.tolerance_px =
+        isfinite(tolerance_px) && tolerance_px >= 0.0 ? tolerance_px : set->def.tolerance_px;
+}
+
 void vd_impostors_release_extras(vd_impostors *set) {
     for (int i = 0; i < VD_EXTRAS; i++) {
         vd_release(set->context, set->extras[i].rgba);
@@ -461,11 +499,6 @@ vd_status vd_impostors_order(vd_impostors *set, vd_impostor_order *out) {
     }
     *out = (vd_impostor_order){set->ids.data, (int)set->ids.count, all > 0.0 ? missing / all : 0.0};
     return status;
-}
-
-static int compare_ids(const void *a, const void *b) {
-    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
 }
 
 vd_status vd_impostors_gone(vd_impostors *set, const uint64_t **ids, int *count) {

@@ -90,6 +90,7 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->renderer = renderer;
     set->def = used;
     set->cloud_detail = 1.0;
+    set->versions = used.first_version;
     vd_status made = vd_impostor_ground_init(context, renderer, &set->ground);
     const size_t nodes = world->node_count + set->ground.count;
     if (made.code == VD_OK && used.show != VD_IMPOSTOR_SHOW_PICTURES) {

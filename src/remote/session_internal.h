@@ -1,0 +1,110 @@
+/* session_internal.h: the insides of a vd_session. */
+#ifndef VEDUTA_REMOTE_SESSION_INTERNAL_H
+#define VEDUTA_REMOTE_SESSION_INTERNAL_H
+
+#include "remote/session.h"
+
+typedef enum vd_session_state {
+    VD_SESSION_ACCEPTED = 0, /* waits for a hello */
+    VD_SESSION_SERVING,
+    VD_SESSION_OVER
+} vd_session_state;
+
+enum { VD_SESSION_FLIGHTS = 64, VD_SESSION_MESSAGES = 256 };
+
+/* A batch that was sent and not acknowledged. */
+typedef struct vd_flight {
+    uint32_t batch;
+    size_t bytes;
+    double sent_s;
+} vd_flight;
+
+/* How fast the client takes things in; see session_link.c. */
+typedef struct vd_session_link {
+    vd_flight flights[VD_SESSION_FLIGHTS]; /* a ring */
+    int first, count;
+    size_t in_flight;
+    double bytes_per_s; /* as measured */
+    double measured_s;  /* when that was */
+    double acked_s;     /* the last acknowledgement */
+    double free_s;      /* when the limit lets more through */
+} vd_session_link;
+
+struct vd_session {
+    vd_session_def def;
+    vd_context *context;
+    vd_session_state state;
+    vd_packet *first, *last; /* to be sent */
+    vd_wire_buffer buffer;
+    double created_s, heard_s, pinged_s, told_s; /* told: of stats */
+    double counted_s;                            /* since when messages are counted */
+    int counted;
+    int clients;
+
+    vd_wire_hello hello; /* without its pointers */
+    uint64_t *past_ids;  /* [past_count]: what the client says it holds, until it was looked at */
+    uint32_t *past_versions;
+    int past_count;
+    vd_wire_settings settings;
+    vd_wire_camera camera; /* the newest; sequence 0: none yet */
+    double camera_s;       /* when it came */
+    bool camera_is_new;    /* nothing was done for it yet */
+
+    vd_impostors *set; /* null until the first camera */
+    vd_session_link link;
+    uint32_t batch; /* number of the last */
+
+    /* The batch that is being filled. */
+    vd_wire_message messages[VD_SESSION_MESSAGES];
+    int message_count;
+    size_t message_bytes;
+    uint8_t *arena; /* pictures of these messages */
+    size_t arena_used;
+    size_t turn_bytes; /* sent in this turn */
+
+    uint64_t order_hash; /* of the last order sent */
+    bool ordered;        /* what the client shows is an order, not a screen in its place */
+    bool exact;          /* the client has the exact picture of its camera */
+    int quality;         /* of moving screens */
+    uint32_t screen;     /* sequence of the camera of the last screen */
+    double next_s;       /* nothing is due before */
+    vd_session_stats stats;
+};
+
+/* ---- session_link.c ---- */
+void vd_link_sent(vd_session_link *link, uint32_t batch, size_t bytes, double limit, double now_s);
+
+/* False when the batch was never sent, or acknowledged before. */
+bool vd_link_acknowledged(vd_session_link *link, uint32_t batch, double now_s);
+size_t vd_link_window(const vd_session_link *link);
+
+/* Whether more may be sent. */
+bool vd_link_is_open(const vd_session_link *link, double now_s);
+
+/* ---- session_send.c ---- */
+
+/* Ends the session with an error. */
+void vd_session_fail(vd_session *session, vd_wire_fault code, const char *sentence);
+
+/* Sends one message at once, outside of batches and of the window. */
+void vd_session_say(vd_session *session, const vd_wire_message *message);
+
+/* Adds a message to the batch; what is full is sent before. Pictures and ids must live until
+ * vd_session_flush; vd_session_keep copies bytes to where they do. */
+void vd_session_add(vd_session *session, const vd_wire_message *message, double now_s);
+void vd_session_flush(vd_session *session, double now_s);
+
+/* Packs a picture and adds it. */
+void vd_session_add_item(vd_session *session, const vd_impostor_item *item, double now_s);
+
+/* Packs a frame and sends it as a screen; `exact` frames without loss. False when it is too large
+ * for that. */
+bool vd_session_send_screen(vd_session *session, const vd_frame *frame, bool exact, double now_s);
+
+/* Codecs that the client takes. */
+unsigned vd_session_codecs(const vd_session *session);
+
+/* ---- session_work.c ---- */
+void vd_session_forget_pictures(vd_session *session);
+
+#endif
