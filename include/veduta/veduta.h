@@ -1,6 +1,6 @@
 /* veduta.h: the whole core library in one include (geo.h belongs to veduta-io, model_import.h to
- * veduta-model, snapshot.h to veduta-snapshot, text.h to veduta-text, codec.h and wire.h to
- * veduta-remote: they are separate). */
+ * veduta-model, snapshot.h to veduta-snapshot, text.h to veduta-text, codec.h, server.h and
+ * wire.h to veduta-remote: they are separate). */
 #ifndef VEDUTA_VEDUTA_H
 #define VEDUTA_VEDUTA_H
 

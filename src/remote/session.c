@@ -130,8 +130,7 @@ static bool refuse_size(vd_session *s, int width, int height) {
     return true;
 }
 
-/* In a time that says nothing of where they differ, nor of the wanted one's length. */
-static bool is_token(const char *wanted, const char *given) {
+bool vd_token_matches(const char *wanted, const char *given) {
     const size_t bytes = strlen(given), length = strlen(wanted);
     unsigned differs = (unsigned)(bytes ^ length);
     for (size_t i = 0; i < VD_WIRE_TOKEN_BYTES; i++) {
@@ -162,7 +161,7 @@ static void greet(vd_session *s, const vd_wire_hello *hello) {
         return;
     }
     const char *given = hello->token != NULL ? hello->token : "";
-    if (s->def.token != NULL && !is_token(s->def.token, given)) {
+    if (s->def.token != NULL && !vd_token_matches(s->def.token, given)) {
         vd_session_fail(s, VD_WIRE_FAULT_TOKEN,
                         "the token is not the server's; open the whole address that it printed");
         return;

@@ -80,6 +80,13 @@ vd_packet *vd_session_take(vd_session *session);
 /* Ends it with a bye. */
 void vd_session_stop(vd_session *session, vd_wire_reason reason, const char *sentence);
 
+/* Ends it with an error. */
+void vd_session_fail(vd_session *session, vd_wire_fault code, const char *sentence);
+
+/* Compares tokens in a time that says nothing of where they differ, nor of the wanted one's length.
+ */
+bool vd_token_matches(const char *wanted, const char *given);
+
 /* Whether the connection is to be closed once its packets are sent. */
 bool vd_session_is_over(const vd_session *session);
 

@@ -83,9 +83,6 @@ bool vd_link_is_open(const vd_session_link *link, double now_s);
 
 /* ---- session_send.c ---- */
 
-/* Ends the session with an error. */
-void vd_session_fail(vd_session *session, vd_wire_fault code, const char *sentence);
-
 /* Sends one message at once, outside of batches and of the window. */
 void vd_session_say(vd_session *session, const vd_wire_message *message);
 
