@@ -12,6 +12,8 @@ int vd_command_render_particles(int argc, char **argv);
 int vd_command_fly(int argc, char **argv);
 int vd_command_evaluate(int argc, char **argv);
 int vd_command_view(int argc, char **argv);
+int vd_command_serve(int argc, char **argv);
+int vd_command_replay(int argc, char **argv);
 int vd_command_import(int argc, char **argv);
 int vd_command_info(int argc, char **argv);
 int vd_command_compare(int argc, char **argv);

@@ -16,10 +16,12 @@ static const command commands[] = {
     {"render", "a picture of elevation data, a model, or particles", vd_command_render},
     {"fly", "a video along a camera path over elevation data", vd_command_fly},
     {"view", "a window to fly through elevation data", vd_command_view},
+    {"serve", "a world for browsers at the far end of a link", vd_command_serve},
     {"import", "data into blocks of ours: particles into bricks", vd_command_import},
     {"info", "what a file of elevations, a model or particles holds", vd_command_info},
     {"evaluate", "how good impostors are along a camera path", vd_command_evaluate},
     {"compare", "how two pictures differ", vd_command_compare},
+    {"replay", "what a server and a client said to each other", vd_command_replay},
     {"generate", "synthetic data for trying things out", vd_command_generate},
     {"bench", "measured tables", vd_command_bench},
 };

@@ -7,7 +7,8 @@
 #ifndef VEDUTA_APP_REMOTE_MODULE_H
 #define VEDUTA_APP_REMOTE_MODULE_H
 
-#include <veduta/codec.h>
+#include <veduta/server.h>
+#include <veduta/wire.h>
 
 typedef struct vd_remote_module {
     const char *(*codec_name)(vd_codec codec);
@@ -18,6 +19,19 @@ typedef struct vd_remote_module {
                         uint8_t *out, size_t room, vd_encoded *encoded);
     vd_status (*decode)(vd_coder *coder, vd_codec codec, const void *data, size_t bytes, int width,
                         int height, uint8_t *rgba, size_t stride);
+    vd_status (*wire_create)(vd_context *context, vd_wire **out);
+    void (*wire_destroy)(vd_wire **wire);
+    vd_status (*wire_decode)(vd_wire *wire, vd_wire_side from, const void *data, size_t bytes,
+                             vd_wire_envelope *out);
+    const char *(*wire_kind_name)(vd_wire_kind kind);
+    vd_server_def (*server_def_default)(void);
+    vd_status (*server_create)(vd_context *context, const vd_server_def *def, vd_server **out);
+    void (*server_destroy)(vd_server **server);
+    int (*server_port)(const vd_server *server);
+    bool (*server_has_page)(const vd_server *server);
+    vd_status (*server_listen)(vd_server *server);
+    vd_status (*server_render)(vd_server *server, vd_job *job);
+    void (*server_stop)(vd_server *server);
 } vd_remote_module;
 
 /* Opens veduta-remote. `purpose` says what it is needed for, such as "measure codecs". Returns
