@@ -259,6 +259,17 @@ static void what_cannot_be_is_refused(void **state) {
     def.spare = 1.5;
     assert_int_equal(vd_impostors_create(s.context, s.world, s.renderer, &def, &set).code,
                      VD_ERROR_ARGUMENT);
+    def = shipping();
+    def.like = s.set;
+    assert_ok(vd_impostors_create(s.context, s.world, s.renderer, &def, &set));
+    assert_ptr_equal(set->ground.patches, s.set->ground.patches);
+    vd_impostors_destroy(&set);
+    vd_world_renderer *other = NULL;
+    assert_ok(vd_world_renderer_create(s.context, NULL, s.world, NULL, &other));
+    assert_int_equal(vd_impostors_create(s.context, s.world, other, &def, &set).code,
+                     VD_ERROR_ARGUMENT);
+    vd_world_renderer_destroy(&other);
+    def = shipping();
     def.spare = -1.0;
     assert_int_equal(vd_impostors_create(s.context, s.world, s.renderer, &def, &set).code,
                      VD_ERROR_ARGUMENT);

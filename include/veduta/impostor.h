@@ -41,6 +41,8 @@ typedef enum vd_impostor_show {
 /* Returns "pictures", "bounds", "age" or "error". */
 VD_API const char *vd_impostor_show_name(vd_impostor_show show);
 
+typedef struct vd_impostors vd_impostors;
+
 typedef struct vd_impostor_def {
     double tolerance_px; /* screen error up to which a picture is shown; 0: drawn anew always */
     double budget_s; /* wall time of an update's drawing, above 0; one picture is always drawn, and
@@ -72,7 +74,9 @@ typedef struct vd_impostor_def {
     double spare;  /* `ship`: share of the screen's width and height by which the view is wider on
                       each side, since the client may turn before it hears: 0 … 1 */
     double rest_s; /* how long the camera must rest before it settles */
-    uint32_t first_version; /* `ship`: of pictures; another one for every set tells them apart */
+    const vd_impostors *like; /* another set of the same world and renderer, that outlives this one:
+                                 the tree of the ground is made once; null: none */
+    uint32_t first_version;   /* `ship`: of pictures; another one for every set tells them apart */
 } vd_impostor_def;
 
 /* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples and 1,
@@ -97,8 +101,6 @@ typedef struct vd_impostor_stats {
     double error_px;              /* the greatest screen error of what is shown */
     double decide_s, draw_s, direct_s, show_s; /* wall seconds of the last update and picture */
 } vd_impostor_stats;
-
-typedef struct vd_impostors vd_impostors;
 
 /* `world` and `renderer` (of that world, used by nobody else while a call runs) must outlive it.
  * `def` may be null. Returns VD_ERROR_ARGUMENT (names the field) or VD_ERROR_MEMORY. */

@@ -73,6 +73,10 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
                               vd_world_renderer *renderer, const vd_impostor_def *def,
                               vd_impostors **out) {
     const vd_impostor_def used = def != NULL ? *def : vd_impostor_def_default();
+    if (used.like != NULL && (used.like->world != world || used.like->renderer != renderer)) {
+        return vd_failure(VD_ERROR_ARGUMENT, "impostors are like others of the same world and "
+                                             "renderer; leave `like` out");
+    }
     const vd_status status =
         (unsigned)used.show < VD_IMPOSTOR_SHOW_COUNT
             ? check(&used)
@@ -91,7 +95,12 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->def = used;
     set->cloud_detail = 1.0;
     set->versions = used.first_version;
-    vd_status made = vd_impostor_ground_init(context, renderer, &set->ground);
+    vd_status made = vd_success();
+    if (used.like != NULL) {
+        set->ground = used.like->ground;
+    } else {
+        made = vd_impostor_ground_init(context, renderer, &set->ground);
+    }
     const size_t nodes = world->node_count + set->ground.count;
     if (made.code == VD_OK && used.show != VD_IMPOSTOR_SHOW_PICTURES) {
         made = vd_impostor_make_tints(set);
@@ -159,7 +168,9 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_release(set->context, set->items.data);
     vd_release(set->context, set->ids.data);
     vd_release(set->context, set->tints);
-    vd_impostor_ground_finish(set->context, &set->ground);
+    if (set->def.like == NULL) {
+        vd_impostor_ground_finish(set->context, &set->ground);
+    }
     vd_release(set->context, set->far.data);
     vd_release(set->context, set->sending.data);
     vd_release(set->context, set->slot_of);

@@ -34,6 +34,7 @@ void vd_session_tools_finish(vd_session_tools *tools) {
         vd_coder_destroy(&tools->coder);
         vd_release(tools->context, tools->packed);
         vd_frame_destroy(&tools->frame);
+        vd_impostors_destroy(&tools->like);
     }
     *tools = (vd_session_tools){.context = NULL};
 }

@@ -25,7 +25,7 @@ typedef struct vd_packet {
     uint8_t data[]; /* VD_PACKET_HEAD, then [bytes] */
 } vd_packet;
 
-/* What sessions of one thread share: memory for packing. */
+/* What sessions of one world and thread share. */
 typedef struct vd_session_tools {
     vd_context *context;
     vd_wire *wire;
@@ -34,9 +34,13 @@ typedef struct vd_session_tools {
     uint8_t *packed;
     size_t packed_bytes;
     vd_frame *frame; /* of whole screens */
+    vd_impostors
+        *like; /* that all sessions' sets have the ground's tree of; null until the first */
 } vd_session_tools;
 
 VD_MUST_USE vd_status vd_session_tools_init(vd_context *context, vd_session_tools *out);
+
+/* After the sessions, before world and renderer. */
 void vd_session_tools_finish(vd_session_tools *tools);
 
 typedef struct vd_session_def {

@@ -39,8 +39,15 @@ static bool make_set(vd_session *s) {
     def.rest_s = REST_S;
     def.first_version = s->def.seed;
     def.tolerance_px = fmax((double)s->settings.tolerance_px, LEAST_TOLERANCE_PX);
-    const vd_status status =
-        vd_impostors_create(s->context, s->def.world, s->def.renderer, &def, &s->set);
+    vd_session_tools *tools = s->def.tools;
+    vd_status status = vd_success();
+    if (tools->like == NULL) {
+        status = vd_impostors_create(s->context, s->def.world, s->def.renderer, NULL, &tools->like);
+    }
+    if (status.code == VD_OK) {
+        def.like = tools->like;
+        status = vd_impostors_create(s->context, s->def.world, s->def.renderer, &def, &s->set);
+    }
     if (status.code != VD_OK) {
         vd_session_fail(s, VD_WIRE_FAULT_INTERNAL, status.message);
     }
