@@ -181,8 +181,52 @@ static void impossible_planes_are_refused(void **state) {
     assert_true(isinf(vd_impostor_plane_error(&plane, corners, 1, corners[0], 1000)));
 }
 
+/* The error, point by point as its definition has it. */
+static double plain_error(const vd_impostor_plane *plane, const vd_vec3 *points, vd_vec3 eye,
+                          double focal_px) {
+    double worst = 0.0;
+    for (int i = 0; i < 8; i++) {
+        const vd_vec3 way = vd_vec3_subtract(points[i], plane->eye);
+        const double toward = -vd_vec3_dot(way, plane->normal);
+        const double away = vd_vec3_dot(vd_vec3_subtract(plane->eye, plane->origin), plane->normal);
+        if (!(toward > 0.0) || !(away > 0.0)) {
+            return (double)INFINITY;
+        }
+        const vd_vec3 at = vd_vec3_add(plane->eye, vd_vec3_scale(way, away / toward));
+        const vd_vec3 to = vd_vec3_subtract(points[i], eye), shown = vd_vec3_subtract(at, eye);
+        const vd_vec3 chord = vd_vec3_subtract(vd_vec3_scale(to, 1.0 / vd_vec3_length(to)),
+                                               vd_vec3_scale(shown, 1.0 / vd_vec3_length(shown)));
+        worst = fmax(worst, vd_vec3_length(chord));
+    }
+    return worst * focal_px;
+}
+
+/* To the last bit: what is decided does not depend on how quickly it is. */
+static void errors_are_those_of_the_definition(void **state) {
+    (void)state;
+    uint64_t random = 7;
+    int fitted = 0;
+    for (int i = 0; i < 20000; i++) {
+        const vd_vec3 middle = random_vector(&random, 1e4);
+        const vd_vec3 half = vd_vec3_make(between(&random, 0.0, 30), between(&random, 0.01, 30),
+                                          between(&random, 0.01, 30));
+        const vd_vec3 from = vd_vec3_add(middle, random_vector(&random, 400));
+        const vd_vec3 eye = vd_vec3_add(from, random_vector(&random, i % 2 == 0 ? 1 : 500));
+        vd_vec3 corners[8];
+        vd_impostor_plane plane;
+        corners_of(middle, half, corners);
+        if (vd_impostor_plane_fit(from, middle, vd_vec3_make(0, 0, 0), corners, 8, &plane)) {
+            fitted++;
+            const double error = vd_impostor_plane_error(&plane, corners, 8, eye, 800.0);
+            assert_true(error == plain_error(&plane, corners, eye, 800.0));
+        }
+    }
+    assert_true(fitted > 10000);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(errors_are_those_of_the_definition),
         cmocka_unit_test(pictures_hold_their_key_points),
         cmocka_unit_test(sideways_moves_follow_the_formula),
         cmocka_unit_test(pictures_last_as_long_as_the_formula_says),

@@ -8,7 +8,7 @@
  * merging, so that nothing flips to and fro.
  */
 #include <math.h>
-#include <stdlib.h>
+#include <stddef.h>
 #include "core/core.h"
 #include "impostor/impostor_set.h"
 
@@ -31,7 +31,9 @@ typedef enum wanted { NOTHING = 0, PICTURE, CHILDREN, ITSELF } wanted;
 typedef struct deciding {
     vd_impostors *set;
     const vd_impostor_view *view;
-    bool wishing; /* pictures that are missing are asked for */
+    double most_px; /* of any picture: it must not fill the memory, nor be larger than the screen */
+    double speed;   /* of the camera, metres a second */
+    bool wishing;   /* pictures that are missing are asked for */
     bool any_need;
     vd_cells need; /* ground that this walk found too near for pictures */
     vd_status status;
@@ -66,18 +68,15 @@ static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max,
     const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
     const vd_vec3 sight = vd_vec3_subtract(middle, view->eye);
     const double z = vd_vec3_length(sight);
-    /* A picture must not fill the memory for pictures, nor be larger than the screen. */
-    const double memory_px = sqrt((double)def->memory_bytes / (4.0 * LEAST_KEPT));
-    const double screen_px = view->width > view->height ? view->width : view->height;
-    const double most = fmin(most_px, fmin(memory_px, screen_px));
+    const double most = most_px < d->most_px ? most_px : d->most_px;
     if (!(z > 1.5 * radius) || !(2.0 * radius * view->focal_px * loosen <= most * z)) {
         return false;
     }
     vd_vec3 through, normal;
     const double depth = vd_impostor_best_plane(d->set, view, index, &through, &normal);
     const double along = vd_vec3_dot(view->velocity, sight) / z;
-    const double speed = vd_vec3_length(view->velocity);
-    const double aside = sqrt(fmax(speed * speed - along * along, 0.0)) + FORWARD * fabs(along);
+    const double across = d->speed * d->speed - along * along;
+    const double aside = sqrt(across > 0.0 ? across : 0.0) + FORWARD * fabs(along);
     const double way =
         vd_impostor_free_way(z, depth, view->focal_px, fmax(def->tolerance_px, 0.01));
     return way * def->rate_hz >= def->least_reuse * loosen * fmax(aside, def->speed_mps);
@@ -107,12 +106,10 @@ static wanted want(const deciding *d, uint32_t index, bool was_split) {
         return NOTHING;
     }
     if (placed) {
-        const vd_object_kind kind =
-            (vd_object_kind)d->set->world->entries[node->entry].object->kind;
-        if (kind == VD_OBJECT_TERRAIN) {
+        if (node->kind == VD_OBJECT_TERRAIN) {
             return NOTHING; /* the ground is drawn with every picture */
         }
-        if (kind == VD_OBJECT_LABEL) {
+        if (node->kind == VD_OBJECT_LABEL) {
             return ITSELF; /* as large from afar as from near */
         }
     }
@@ -120,8 +117,7 @@ static wanted want(const deciding *d, uint32_t index, bool was_split) {
     if (near != PICTURE) {
         return near == CHILDREN ? parts : near;
     }
-    if (node->names ||
-        (placed && d->set->world->entries[node->entry].object->kind == VD_OBJECT_LINE)) {
+    if (node->names || node->kind == VD_OBJECT_LINE) {
         return parts;
     }
     const double most = placed ? 2.0 * d->set->def.most_px : d->set->def.most_px;
@@ -132,8 +128,8 @@ static wanted want(const deciding *d, uint32_t index, bool was_split) {
                : parts;
 }
 
-/* Asks for the picture of a node; false when there is none to show yet. */
-static bool ask(deciding *d, uint32_t index) {
+/* Asks for the picture of a node; false when there is none to show yet. Tells its screen error. */
+static bool ask(deciding *d, uint32_t index, double *screen_error) {
     vd_impostors *set = d->set;
     vd_impostor_slot *slot = slot_of(d, index);
     if (slot == NULL) {
@@ -141,6 +137,7 @@ static bool ask(deciding *d, uint32_t index) {
     }
     const uint32_t number = set->slot_of[index] - 1;
     const double error = vd_impostor_error(set, d->view, slot);
+    *screen_error = error;
     const bool wrong =
         !(error <= set->def.tolerance_px) || set->def.tolerance_px == 0.0 || set->def.no_reuse;
     if (wrong && d->wishing && slot->coming) {
@@ -166,12 +163,25 @@ static bool ask(deciding *d, uint32_t index) {
     return slot->now.rgba != NULL || slot->empty;
 }
 
-static void show(deciding *d, uint32_t index, vd_list *list) {
+static void add_rank(deciding *d, uint32_t index) {
+    vd_impostors *set = d->set;
+    vd_vec3 min, max;
+    vd_impostor_bounds(set, d->view, index, &min, &max);
+    const vd_vec3 to =
+        vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), d->view->camera.eye);
+    vd_impostor_rank *rank = vd_list_add(set->context, &set->ranks, 1, sizeof *rank);
+    if (rank == NULL) {
+        d->status = vd_out_of_memory("a picture's impostors", sizeof *rank);
+        return;
+    }
+    *rank = (vd_impostor_rank){vd_vec3_dot(to, to), set->slot_of[index] - 1};
+}
+
+static void show(deciding *d, uint32_t index, double error, vd_list *list) {
     vd_impostor_slot *slot = slot_of(d, index);
     if (slot == NULL || slot->empty) {
         return;
     }
-    const double error = vd_impostor_error(d->set, d->view, slot);
     slot->used = d->set->update;
     slot->error_px = error;
     if (!vd_impostor_is_patch(d->set, index)) {
@@ -181,6 +191,17 @@ static void show(deciding *d, uint32_t index, vd_list *list) {
         d->set->stats.error_px = error;
     }
     add_index(d, list, d->set->slot_of[index] - 1);
+    if (list == &d->set->shown) {
+        add_rank(d, index);
+    }
+}
+
+/* What waits for its parts' pictures. */
+static void show_stale(deciding *d, uint32_t index, vd_list *list) {
+    const vd_impostor_slot *slot = slot_of(d, index);
+    if (slot != NULL) {
+        show(d, index, vd_impostor_error(d->set, d->view, slot), list);
+    }
 }
 
 static void add_direct(deciding *d, uint32_t index) {
@@ -190,7 +211,7 @@ static void add_direct(deciding *d, uint32_t index) {
         return;
     }
     const vd_node *node = &set->world->nodes[index];
-    const bool line = set->world->entries[node->entry].object->kind == VD_OBJECT_LINE;
+    const bool line = node->kind == VD_OBJECT_LINE;
     set->any_loose = set->any_loose || node->loose;
     add_index(d, line && set->ground.count > 0 ? &set->lines : &set->direct, index);
 }
@@ -215,10 +236,22 @@ typedef struct far_child {
     uint32_t index;
 } far_child;
 
+/* What of a slot is read soon: it lies anywhere, in as many cache lines as its picture's plane. */
+static void fetch_slot(const vd_impostors *set, uint32_t index) {
+    enum { LINE_BYTES = 64 };
+    if (set->slot_of[index] != 0) {
+        const char *slot = (const char *)vd_impostor_slot_at(set, set->slot_of[index] - 1);
+        for (size_t at = 0; at < offsetof(vd_impostor_slot, before); at += LINE_BYTES) {
+            __builtin_prefetch(slot + at);
+        }
+    }
+}
+
 /* Children, far ones first; of equals the later first. At most VD_OBJECT_MAX_CHILDREN. */
 static uint32_t sort_children(const deciding *d, const vd_node *node, far_child *out) {
     for (uint32_t i = 0; i < node->count; i++) {
         const vd_node *child = &d->set->world->nodes[node->first + i];
+        fetch_slot(d->set, node->first + i);
         const vd_vec3 middle = vd_vec3_scale(vd_vec3_add(child->min, child->max), 0.5);
         const vd_vec3 to = vd_vec3_subtract(middle, d->view->camera.eye);
         const far_child made = {vd_vec3_dot(to, to), node->first + i};
@@ -263,9 +296,10 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
     const bool has_picture = known != 0 && (vd_impostor_slot_at(set, known - 1)->now.rgba != NULL ||
                                             vd_impostor_slot_at(set, known - 1)->empty);
     if (as == PICTURE) {
-        const bool ready = ask(d, index);
+        double error = 0.0;
+        const bool ready = ask(d, index, &error);
         if (ready && emit) {
-            show(d, index, &set->shown);
+            show(d, index, error, &set->shown);
         }
         if (ready) {
             vd_impostor_slot_at(set, set->slot_of[index] - 1)->split = false;
@@ -289,7 +323,7 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
         const bool ready = walk_children(d, index, false);
         if (!ready) {
             if (emit) {
-                show(d, index, &set->shown);
+                show_stale(d, index, &set->shown);
             }
             return false;
         }
@@ -332,7 +366,8 @@ static bool walk_quarters(deciding *d, uint32_t patch, bool emit) {
 static bool show_patch(deciding *d, uint32_t patch, bool was_split, bool emit) {
     vd_impostors *set = d->set;
     const uint32_t index = (uint32_t)set->world->node_count + patch;
-    const bool ready = ask(d, index);
+    double error = 0.0;
+    const bool ready = ask(d, index, &error);
     if (emit && !ready && was_split && d->status.code == VD_OK) {
         const bool wishing = d->wishing;
         d->wishing = false;
@@ -340,7 +375,7 @@ static bool show_patch(deciding *d, uint32_t patch, bool was_split, bool emit) {
         d->wishing = wishing;
     } else if (emit && d->status.code == VD_OK) {
         set->missing += !ready;
-        show(d, index, &set->far);
+        show(d, index, error, &set->far);
         vd_impostor_slot_at(set, set->slot_of[index] - 1)->split = false;
     }
     return ready;
@@ -377,7 +412,7 @@ static bool walk_patch(deciding *d, uint32_t patch, bool emit) {
     }
     if (!forced && has_picture(set, index) && !was_split && !walk_quarters(d, patch, false)) {
         if (emit) {
-            show(d, index, &set->far);
+            show_stale(d, index, &set->far);
         }
         return false;
     }
@@ -436,45 +471,17 @@ static vd_status decide_ground(deciding *d) {
 
 /* ---- all of it --------------------------------------------------------------------------------*/
 
-typedef struct far_slot {
-    double distance2;
-    uint32_t slot;
-} far_slot;
-
-static int compare_slots(const void *a, const void *b) {
-    const far_slot *x = a, *y = b;
-    return x->distance2 != y->distance2
-               ? (x->distance2 < y->distance2) - (x->distance2 > y->distance2)
-               : (x->slot > y->slot) - (x->slot < y->slot);
-}
-
-/* Things that stand side by side are told apart by their middles better than by their groups'. */
-static vd_status sort_shown(vd_impostors *set, const vd_impostor_view *view) {
-    uint32_t *shown = set->shown.data;
-    const size_t count = set->shown.count;
-    vd_status status = vd_buffer_reserve(set->context, &set->order, "impostors' order", count + 1,
-                                         sizeof(far_slot));
-    far_slot *order = set->order.memory;
-    for (size_t i = 0; i < count && status.code == VD_OK; i++) {
-        vd_vec3 min, max;
-        vd_impostor_bounds(set, view, vd_impostor_slot_at(set, shown[i])->node, &min, &max);
-        const vd_vec3 to =
-            vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), view->camera.eye);
-        order[i] = (far_slot){vd_vec3_dot(to, to), shown[i]};
-    }
-    if (status.code == VD_OK && count > 1) {
-        qsort(order, count, sizeof *order, compare_slots);
-    }
-    for (size_t i = 0; i < count && status.code == VD_OK; i++) {
-        shown[i] = order[i].slot;
-    }
-    return status;
-}
-
 vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
-    deciding d = {.set = set, .view = view, .wishing = true, .status = vd_success()};
+    const double memory_px = sqrt((double)set->def.memory_bytes / (4.0 * LEAST_KEPT));
+    const double screen_px = view->width > view->height ? view->width : view->height;
+    deciding d = {.set = set,
+                  .view = view,
+                  .most_px = memory_px < screen_px ? memory_px : screen_px,
+                  .speed = vd_vec3_length(view->velocity),
+                  .wishing = true,
+                  .status = vd_success()};
     set->far.count = set->shown.count = set->direct.count = set->lines.count = 0;
-    set->wishes.count = 0;
+    set->wishes.count = set->ranks.count = 0;
     set->stats.decided = set->missing = 0;
     set->stats.error_px = 0.0;
     set->any_loose = false;
@@ -485,5 +492,5 @@ vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
     if (d.status.code == VD_OK) {
         (void)walk_children(&d, 0, true);
     }
-    return d.status.code == VD_OK ? sort_shown(set, view) : d.status;
+    return d.status.code == VD_OK ? vd_impostors_sort_shown(set) : d.status;
 }

@@ -105,8 +105,7 @@ static void add_ground(const vd_impostor_ground *g, const vd_world_renderer *ren
 static void add_objects(const vd_impostor_ground *g, const vd_world *world) {
     for (size_t i = 0; i < world->node_count; i++) {
         const vd_node *node = &world->nodes[i];
-        if (i == 0 || node->count > 0 || !node->grounded ||
-            world->entries[node->entry].object->kind == VD_OBJECT_TERRAIN) {
+        if (i == 0 || node->count > 0 || !node->grounded || node->kind == VD_OBJECT_TERRAIN) {
             continue;
         }
         const vd_cells at = vd_world_node_cells(g->sample_from_world, &g->map, node);

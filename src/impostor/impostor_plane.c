@@ -11,11 +11,12 @@ vd_vec3 vd_impostor_plane_at(const vd_impostor_plane *plane, double x, double y)
                                                        vd_vec3_scale(plane->up, y)));
 }
 
-/* Where the line of sight from `eye` through a point meets the plane; false when it does not. */
-static bool meet(const vd_impostor_plane *plane, vd_vec3 eye, vd_vec3 point, vd_vec3 *out) {
+/* Where the line of sight from `eye`, `away` before the plane, through a point meets it; false when
+ * it does not. */
+static bool meet(const vd_impostor_plane *plane, vd_vec3 eye, double away, vd_vec3 point,
+                 vd_vec3 *out) {
     const vd_vec3 way = vd_vec3_subtract(point, eye);
     const double toward = -vd_vec3_dot(way, plane->normal);
-    const double away = vd_vec3_dot(vd_vec3_subtract(eye, plane->origin), plane->normal);
     if (!(toward > 0.0) || !(away > 0.0)) {
         return false;
     }
@@ -49,7 +50,8 @@ bool vd_impostor_plane_fit(vd_vec3 eye, vd_vec3 through, vd_vec3 normal, const v
         const vd_vec3 from = vd_vec3_subtract(points[i], through);
         const double off = vd_vec3_dot(from, plane.normal);
         vd_vec3 at;
-        if (!(before - off > NEAREST_SHARE * before) || !meet(&plane, eye, points[i], &at)) {
+        if (!(before - off > NEAREST_SHARE * before) ||
+            !meet(&plane, eye, before, points[i], &at)) {
             return false;
         }
         const vd_vec3 on = vd_vec3_subtract(at, through);
@@ -66,25 +68,27 @@ bool vd_impostor_plane_fit(vd_vec3 eye, vd_vec3 through, vd_vec3 normal, const v
 
 double vd_impostor_plane_error(const vd_impostor_plane *plane, const vd_vec3 *points, int count,
                                vd_vec3 eye, double focal_px) {
-    double worst = 0.0;
+    const double away = vd_vec3_dot(vd_vec3_subtract(plane->eye, plane->origin), plane->normal);
+    double worst2 = 0.0; /* squared: the root of the greatest is the greatest root */
     for (int i = 0; i < count; i++) {
         vd_vec3 shown;
-        if (!meet(plane, plane->eye, points[i], &shown)) {
+        if (!meet(plane, plane->eye, away, points[i], &shown)) {
             return (double)INFINITY;
         }
         const vd_vec3 to = vd_vec3_subtract(points[i], eye);
         const vd_vec3 to_shown = vd_vec3_subtract(shown, eye);
-        const double length = vd_vec3_length(to), length_shown = vd_vec3_length(to_shown);
+        const double length = sqrt(vd_vec3_dot(to, to));
+        const double length_shown = sqrt(vd_vec3_dot(to_shown, to_shown));
         if (!(length > 0.0) || !(length_shown > 0.0)) {
             return (double)INFINITY;
         }
         /* The chord of unit vectors: without the cancellation of a cosine. */
         const vd_vec3 chord = vd_vec3_subtract(vd_vec3_scale(to, 1.0 / length),
                                                vd_vec3_scale(to_shown, 1.0 / length_shown));
-        const double error = vd_vec3_length(chord);
-        worst = error > worst ? error : worst;
+        const double chord2 = vd_vec3_dot(chord, chord);
+        worst2 = chord2 > worst2 ? chord2 : worst2;
     }
-    return worst * focal_px;
+    return sqrt(worst2) * focal_px;
 }
 
 double vd_impostor_free_way(double distance_m, double depth_m, double focal_px,

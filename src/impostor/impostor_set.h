@@ -52,6 +52,12 @@ typedef struct vd_impostor_sending {
     double arrives_s;
 } vd_impostor_sending;
 
+/* Where one of those stands that are shown. */
+typedef struct vd_impostor_rank {
+    double distance2; /* of the camera from the middle of its bounds, squared */
+    uint32_t slot;
+} vd_impostor_rank;
+
 /* What an update wants to draw. */
 typedef struct vd_impostor_wish {
     uint32_t slot;
@@ -110,7 +116,8 @@ struct vd_impostors {
     uint32_t shown_things;     /* and with those on patches */
     double cloud_detail;       /* factor on what particles' detail is, at least 1 */
     vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
-    vd_buffer order;  /* for sorting what is shown */
+    vd_list ranks;    /* vd_impostor_rank of each of `shown` */
+    vd_buffer order;  /* for sorting these */
     vd_buffer depth;  /* of a frame that has none */
     vd_list wishes;   /* vd_impostor_wish */
     vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
@@ -230,6 +237,11 @@ VD_MUST_USE vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_v
 /* Screen error of the key points alone; infinity when there is no picture. */
 double vd_impostor_parallax(const vd_impostors *set, const vd_impostor_view *view,
                             const vd_impostor_slot *slot);
+
+/* Sorts ranks, the farthest first, of equals the lower slot; `room` is for as many. Sorts `shown`
+ * by `ranks`; returns VD_ERROR_MEMORY. */
+void vd_impostor_ranks_sort(vd_impostor_rank *ranks, vd_impostor_rank *room, size_t count);
+VD_MUST_USE vd_status vd_impostors_sort_shown(vd_impostors *set);
 
 /* Draws the picture of a slot. A drawing that fails is counted, and is no failure of the call;
  * returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */

@@ -181,6 +181,7 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_release(set->context, set->wishes.data);
     vd_release(set->context, set->quads.data);
     vd_release(set->context, set->depth.memory);
+    vd_release(set->context, set->ranks.data);
     vd_release(set->context, set->order.memory);
     vd_display_destroy(&set->display);
     vd_release(set->context, set);

@@ -77,6 +77,7 @@ static int count_levels(size_t count, size_t counts[VD_OBJECT_MAX_DEPTH]) {
 static vd_node leaf(const vd_world *world, uint32_t entry) {
     vd_node node = {.entry = entry, .placed = 1};
     const uint32_t kind = world->entries[entry].object->kind;
+    node.kind = (uint8_t)kind;
     node.names = kind == VD_OBJECT_LABEL;
     node.loose = node.names || kind == VD_OBJECT_LINE || kind == VD_OBJECT_PARTICLES;
     node.grounded = !node.loose;

@@ -107,9 +107,7 @@ static vd_status gather(const gathering *g, const vd_node *node) {
     const vd_world *world = g->renderer->world;
     vd_world_stats *stats = g->pass->stats;
     const bool placed = node->count == 0;
-    const vd_object_kind kind =
-        placed ? (vd_object_kind)world->entries[node->entry].object->kind : VD_OBJECT_GROUP;
-    if (kind == VD_OBJECT_TERRAIN) {
+    if (node->kind == VD_OBJECT_TERRAIN) {
         return gather_placed(g, node);
     }
     if (g->standing != NULL && (!node->grounded || !may_stand(g, node))) {

@@ -40,6 +40,7 @@ typedef struct vd_node {
     uint32_t first, count; /* children: nodes; none: a placed object */
     uint32_t entry;        /* of a placed object */
     uint32_t placed;       /* placed objects below and here */
+    uint8_t kind;          /* vd_object_kind; a group's is VD_OBJECT_GROUP */
     bool names;            /* a label among them */
     bool loose, grounded;  /* some are labels, lines, particles; some stand on the ground */
     uint64_t id;
