@@ -1,14 +1,8 @@
 /* bench_world.c: a world in motion: Mont Blanc with a forest on it, and a camera that flies. */
-#include "bench.h"
-
-#include <math.h>
-
-enum { TREES = 1000, NAMES = 50, RINGS = 21, SECTORS = 12 }; /* 504 triangles a tree */
+#include "bench_forest.h"
 
 typedef struct world_scene {
-    bench_scene s;
-    vd_world *world;
-    vd_world_renderer *renderer;
+    bench_forest f;
     vd_impostors *impostors; /* null: everything is drawn itself */
     vd_frame *deep;          /* a frame with depth, which they want */
     vd_world_stats stats;    /* of the last picture */
@@ -16,160 +10,10 @@ typedef struct world_scene {
     int frame;
 } world_scene;
 
-static void finish(world_scene *w) {
-    vd_impostors_destroy(&w->impostors);
-    vd_frame_destroy(&w->deep);
-    vd_world_renderer_destroy(&w->renderer);
-    vd_world_destroy(&w->world);
-    bench_scene_finish(&w->s);
-}
-
-/* A fir as a body of revolution, 18 m high, its outline in steps. */
-static vd_status make_tree(vd_context *context, vd_model **out) {
-    static double positions[(RINGS + 1) * SECTORS][3];
-    static uint32_t triangles[2 * RINGS * SECTORS][3];
-    for (int r = 0; r <= RINGS; r++) {
-        const double up = (double)r / RINGS, step = (r % 4) / 4.0;
-        const double radius = r == 0 ? 0.3 : r == RINGS ? 0.0 : 4.0 * (1.0 - up) * (1.2 - step);
-        for (int s = 0; s < SECTORS; s++) {
-            const double angle = 2.0 * 3.14159265358979323846 * s / SECTORS;
-            positions[r * SECTORS + s][0] = radius * cos(angle);
-            positions[r * SECTORS + s][1] = radius * sin(angle);
-            positions[r * SECTORS + s][2] = 18.0 * up;
-        }
-    }
-    size_t count = 0;
-    for (uint32_t r = 0; r < RINGS; r++) {
-        for (uint32_t s = 0; s < SECTORS; s++) {
-            const uint32_t next = (s + 1) % SECTORS, a = r * SECTORS, b = a + SECTORS;
-            const uint32_t two[2][3] = {{a + s, a + next, b + s}, {a + next, b + next, b + s}};
-            for (int t = 0; t < 2; t++, count++) {
-                for (int k = 0; k < 3; k++) {
-                    triangles[count][k] = two[t][k];
-                }
-            }
-        }
-    }
-    vd_material green = vd_model_clay();
-    green.albedo = (vd_linear){0.05f, 0.12f, 0.04f};
-    const vd_model_surface surface = {.name = "fir", .texture = -1};
-    const vd_model_source source = {.name = "fir",
-                                    .format = "bench",
-                                    .z_up = true,
-                                    .vertex_count = (RINGS + 1) * SECTORS,
-                                    .positions = (const double(*)[3])positions,
-                                    .triangle_count = count,
-                                    .triangles = (const uint32_t(*)[3])triangles,
-                                    .material_count = 1,
-                                    .materials = &green,
-                                    .surfaces = &surface};
-    return vd_model_create(context, &source, out);
-}
-
-static double uniform(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(*state >> 11) * 0x1p-53;
-}
-
-/* A forest ahead of the camera, where it looks. */
-static vd_status plant(world_scene *w, uint32_t model, vd_vec3 min, vd_vec3 max) {
-    uint64_t random = 1;
-    vd_status status = vd_success();
-    const vd_vec3 ahead = vd_quat_rotate(w->s.camera.orientation, vd_vec3_make(0, 0, 1));
-    for (int i = 0; i < TREES && status.code == VD_OK; i++) {
-        const double along = 300.0 + 3000.0 * uniform(&random);
-        const double beside = 1.4 * along * (uniform(&random) - 0.5);
-        const double x = w->s.camera.eye.x + ahead.x * along - ahead.y * beside;
-        const double y = w->s.camera.eye.y + ahead.y * along + ahead.x * beside;
-        const double turn = 6.28 * uniform(&random), size = 0.7 + 0.6 * uniform(&random);
-        const vd_matrix turned =
-            vd_matrix_rotation(vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), turn));
-        const vd_matrix scaled = vd_matrix_scaling(vd_vec3_make(size, size, size));
-        const vd_matrix moved =
-            vd_matrix_translation(vd_vec3_make(x, y, vd_world_ground(w->world, x, y)));
-        vd_instance_def def = {.model = model, .min = min, .max = max};
-        def.transform = vd_matrix_multiply(&turned, &scaled);
-        def.transform = vd_matrix_multiply(&moved, &def.transform);
-        vd_object *object = NULL;
-        if (isfinite(def.transform.m[2][3])) {
-            status = vd_instance_create(w->s.context, &def, &object);
-        }
-        if (object != NULL) {
-            status = vd_world_add(w->world, &object);
-        }
-        vd_object_destroy(w->s.context, &object);
-    }
-    return status;
-}
-
-/* Names among the trees; boxes stand for letters, which cost as much by their edges. */
-static vd_status add_names(world_scene *w) {
-    static const double box[4][2] = {{0, 0}, {90, 0}, {90, -14}, {0, -14}};
-    static const uint8_t verbs[5] = {VD_PATH_MOVE, VD_PATH_LINE, VD_PATH_LINE, VD_PATH_LINE,
-                                     VD_PATH_CLOSE};
-    uint64_t random = 2;
-    vd_status status = vd_success();
-    const vd_vec3 ahead = vd_quat_rotate(w->s.camera.orientation, vd_vec3_make(0, 0, 1));
-    for (int i = 0; i < NAMES && status.code == VD_OK; i++) {
-        const double along = 500.0 + 8000.0 * uniform(&random);
-        const double beside = 1.4 * along * (uniform(&random) - 0.5);
-        const double x = w->s.camera.eye.x + ahead.x * along - ahead.y * beside;
-        const double y = w->s.camera.eye.y + ahead.y * along + ahead.x * beside;
-        const vd_label_def def = {
-            .text = "name",
-            .place = {x, y, vd_world_ground(w->world, x, y)},
-            .outline = {.points = box, .point_count = 4, .verbs = verbs, .verb_count = 5},
-            .advance = 90.0f,
-            .ascent = 14.0f,
-            .color = {255, 255, 255, 255},
-            .halo = {0, 0, 0, 160},
-            .priority = i};
-        vd_object *object = NULL;
-        if (isfinite(def.place.z)) {
-            status = vd_label_create(w->s.context, &def, &object);
-        }
-        if (object != NULL) {
-            status = vd_world_add(w->world, &object);
-        }
-        vd_object_destroy(w->s.context, &object);
-    }
-    return status;
-}
-
-static vd_status make_world(world_scene *w) {
-    const vd_world_def def = {w->s.terrain};
-    vd_model *tree = NULL;
-    uint32_t number = 0;
-    vd_vec3 min, max;
-    vd_status status = vd_world_create(w->s.context, &def, &w->world);
-    if (status.code == VD_OK) {
-        status = make_tree(w->s.context, &tree);
-    }
-    if (status.code == VD_OK) {
-        vd_model_bounds(tree, &min, &max);
-        status = vd_world_add_model(w->world, &tree, &number);
-    }
-    if (status.code == VD_OK) {
-        status = plant(w, number, min, max);
-    }
-    if (status.code == VD_OK) {
-        status = add_names(w);
-    }
-    if (status.code == VD_OK) {
-        status = vd_world_arrange(w->world, NULL);
-    }
-    vd_model_destroy(&tree);
-    return status;
-}
-
-/* The next picture of a flight at 60 m/s, 60 pictures a second, there and back in 4 s. */
+/* The next picture of the flight. */
 static vd_status draw_next(void *user) {
     world_scene *w = user;
-    const int phase = w->frame++ % 240;
-    const double way = phase < 120 ? phase : 240 - phase;
-    vd_camera camera = w->s.camera;
-    const vd_vec3 ahead = vd_quat_rotate(camera.orientation, vd_vec3_make(0, 0, 1));
-    camera.eye = vd_vec3_add(camera.eye, vd_vec3_scale(ahead, way));
+    const vd_camera camera = bench_forest_camera(&w->f, w->frame++);
     if (w->impostors != NULL) {
         const vd_status status = vd_impostors_update(w->impostors, NULL, &camera, w->deep->width,
                                                      w->deep->height, w->frame / 60.0, NULL);
@@ -177,15 +21,15 @@ static vd_status draw_next(void *user) {
                    ? vd_impostors_draw(w->impostors, NULL, &camera, w->deep, &w->shown)
                    : status;
     }
-    return vd_world_renderer_draw(w->renderer, NULL, &camera, w->s.frame, &w->stats);
+    return vd_world_renderer_draw(w->f.renderer, NULL, &camera, w->f.s.frame, &w->stats);
 }
 
 /* Impostors, once round the flight, so that those that can be there are. */
 static vd_status begin_impostors(world_scene *w) {
     vd_status status =
-        vd_impostors_create(w->s.context, w->world, w->renderer, NULL, &w->impostors);
+        vd_impostors_create(w->f.s.context, w->f.world, w->f.renderer, NULL, &w->impostors);
     if (status.code == VD_OK) {
-        status = vd_frame_create(w->s.context, w->s.frame->width, w->s.frame->height,
+        status = vd_frame_create(w->f.s.context, w->f.s.frame->width, w->f.s.frame->height,
                                  VD_PLANE_DEPTH, &w->deep);
     }
     for (int i = 0; i < 240 && status.code == VD_OK; i++) {
@@ -196,14 +40,12 @@ static vd_status begin_impostors(world_scene *w) {
 
 static vd_status measure(bench_run *run, const bench_case *self, world_scene *w, const char *method,
                          int samples, bool impostors) {
-    vd_world_renderer_def def = vd_world_renderer_def_default();
-    def.samples = samples;
-    vd_status status = vd_world_renderer_create(w->s.context, NULL, w->world, &def, &w->renderer);
+    vd_status status = bench_forest_renderer(&w->f, samples);
     bench_result result = bench_result_of(self, method);
-    result.threads = vd_context_threads(w->s.context);
-    result.isa = vd_context_isa(w->s.context);
-    result.width = w->s.frame->width;
-    result.height = w->s.frame->height;
+    result.threads = vd_context_threads(w->f.s.context);
+    result.isa = vd_context_isa(w->f.s.context);
+    result.width = w->f.s.frame->width;
+    result.height = w->f.s.frame->height;
     if (samples == 1) {
         result.target_fps = bench_target_fps(self, result.isa, result.threads);
     }
@@ -225,7 +67,7 @@ static vd_status measure(bench_run *run, const bench_case *self, world_scene *w,
                  (unsigned)i->direct, 1e3 * i->direct_s, 1e3 * i->show_s, 1e3 * i->draw_s);
     }
     vd_impostors_destroy(&w->impostors);
-    vd_world_renderer_destroy(&w->renderer);
+    vd_frame_destroy(&w->deep);
     return status.code == VD_OK ? bench_add(run, &result) : status;
 }
 
@@ -233,18 +75,12 @@ static vd_status measure_size(bench_run *run, const bench_case *self, vd_isa isa
                               double scale, const char *method, int samples, bool impostors) {
     world_scene w = {.frame = 0};
     vd_status status =
-        bench_scene_init(&w.s, run, BENCH_MAP_METRES, 0, isa, threads,
-                         (int)(self->width * scale + 0.5), (int)(self->rows * scale + 0.5));
-    if (status.code != VD_OK) {
-        return status;
-    }
-    bench_set_camera(&w.s, self->camera);
-    bench_set_everything(&w.s);
-    status = make_world(&w);
+        bench_forest_init(&w.f, run, self->camera, isa, threads, (int)(self->width * scale + 0.5),
+                          (int)(self->rows * scale + 0.5));
     if (status.code == VD_OK) {
         status = measure(run, self, &w, method, samples, impostors);
     }
-    finish(&w);
+    bench_forest_finish(&w.f);
     return status;
 }
 
