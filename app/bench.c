@@ -19,6 +19,7 @@ enum {
     OPTION_REPEAT,
     OPTION_ISA,
     OPTION_MAP,
+    OPTION_PARTICLES,
     OPTION_QUICK,
     OPTION_LIST,
     OPTION_HELP
@@ -75,6 +76,14 @@ static const vd_option table[] = {
      .is_name = is_map_name,
      .help = "the map under classic, shadow and lens cases: mont-blanc, mirrored (512x512 of it "
              "four times), noise or a picture of heights"},
+    {.key = "particles",
+     .group = "Options",
+     .type = VD_OPTION_INTEGER,
+     .min = 0,
+     .max = 1e9,
+     .argument = "N",
+     .fallback = "0",
+     .help = "particles of impostor-grain; 0: 2,000,000"},
     {.key = "quick",
      .group = "Options",
      .type = VD_OPTION_SWITCH,
@@ -120,6 +129,20 @@ static int compare_times(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
+void bench_summarize(double *times_ms, int runs, bench_result *result) {
+    qsort(times_ms, (size_t)runs, sizeof times_ms[0], compare_times);
+    result->min_ms = times_ms[0];
+    result->median_ms = (times_ms[(runs - 1) / 2] + times_ms[runs / 2]) / 2;
+    result->p99_ms = times_ms[(runs * 99 + 99) / 100 - 1]; /* nearest rank */
+}
+
+void bench_say(const bench_run *run, const bench_result *result) {
+    if (!run->quiet) {
+        fprintf(stderr, "\r\033[K%s: %s, %d thread%s", result->of->name, result->method,
+                result->threads, result->threads == 1 ? "" : "s");
+    }
+}
+
 /* Measured runs of what took `estimate_ms` once. */
 static int count_runs(const bench_run *run, double estimate_ms) {
     if (run->repeat > 0) {
@@ -133,10 +156,7 @@ static int count_runs(const bench_run *run, double estimate_ms) {
 
 vd_status bench_measure(bench_run *run, bench_work *work, void *user, bench_clock *clock_ms,
                         bench_result *result) {
-    if (!run->quiet) {
-        fprintf(stderr, "\r\033[K%s: %s, %d thread%s", result->of->name, result->method,
-                result->threads, result->threads == 1 ? "" : "s");
-    }
+    bench_say(run, result);
     double start_ms = bench_wall_ms();
     vd_status status = work(user);
     int runs = count_runs(run, bench_wall_ms() - start_ms);
@@ -157,10 +177,7 @@ vd_status bench_measure(bench_run *run, bench_work *work, void *user, bench_cloc
     if (status.code != VD_OK) {
         return status;
     }
-    qsort(times_ms, (size_t)runs, sizeof times_ms[0], compare_times);
-    result->min_ms = times_ms[0];
-    result->median_ms = (times_ms[(runs - 1) / 2] + times_ms[runs / 2]) / 2;
-    result->p99_ms = times_ms[(runs * 99 + 99) / 100 - 1]; /* nearest rank */
+    bench_summarize(times_ms, runs, result);
     return status;
 }
 
@@ -422,6 +439,7 @@ static int bench(vd_options *options, bench_run *run, int argc, char **argv) {
     }
     run->repeat = (int)options->values[OPTION_REPEAT].number;
     run->map = options->values[OPTION_MAP].text;
+    run->particles = (size_t)options->values[OPTION_PARTICLES].number;
     run->quick = options->values[OPTION_QUICK].number != 0;
     run->quiet = isatty(STDERR_FILENO) == 0;
     status = run_cases(run, &selected, options);

@@ -54,6 +54,7 @@ typedef struct bench_run {
     double seconds; /* for the runs of one thing */
     int least_runs;
     double most_seconds; /* after these no further run of the thing begins */
+    size_t particles;    /* of impostor-grain; 0: as it has them */
     bool quick;          /* small sizes only: to try the bench itself */
     bool quiet;          /* no progress on standard error */
     const char *map;     /* "mont-blanc", "mirrored", "noise" or a picture file of heights */
@@ -88,6 +89,7 @@ typedef enum bench_parameter {
     BENCH_SHADOW_STEPS, /* d_c: steps on a map of 128² */
     BENCH_QUAD_SIDE,    /* pixels along a quad */
     BENCH_CODEC_SIDE,   /* pixels along a packed picture */
+    BENCH_GRAIN,        /* the most particles of an object */
     BENCH_SORT_LENGTH,  /* particles of a list that is sorted; many such lists */
     BENCH_SHADOW_SUN    /* altitude of the sun over a map of 1024², worst of 8 azimuths */
 } bench_parameter;
@@ -129,7 +131,8 @@ bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startu
     bench_raster_levels, bench_raster_triangles, bench_raster_bins, bench_raster_small,
     bench_raster_tiles, bench_raster_resolve, bench_splat, bench_splat_sort, bench_coverage,
     bench_sweep_classic, bench_sweep_shadow, bench_world, bench_quads, bench_quad_sides,
-    bench_codec_tree, bench_codec_building, bench_codec_particles;
+    bench_codec_tree, bench_codec_building, bench_codec_particles, bench_impostor_decide,
+    bench_impostor_grain, bench_impostor_extremes, bench_impostor_path;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 
@@ -144,6 +147,12 @@ bench_clock bench_wall_ms, bench_cpu_ms, bench_children_cpu_ms;
  * error what runs. */
 VD_MUST_USE vd_status bench_measure(bench_run *run, bench_work *work, void *user,
                                     bench_clock *clock_ms, bench_result *result);
+
+/* Fills the times of *result from `runs` measured ones, which it sorts. */
+void bench_summarize(double *times_ms, int runs, bench_result *result);
+
+/* Says on standard error what runs. */
+void bench_say(const bench_run *run, const bench_result *result);
 
 /* Adds a result. Returns VD_ERROR_LIMIT when the table is full. */
 VD_MUST_USE vd_status bench_add(bench_run *run, const bench_result *result);

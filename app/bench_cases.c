@@ -103,6 +103,21 @@ static const bench_sweep codec_side = {BENCH_CODEC_SIDE,
                                        8,
                                        {4, 16, 32, 64, 128, 256, 512, 1024}};
 
+/* Lawlor 2004, table 5.5: 50 M particles, 800 × 600. */
+static const bench_published lawlor_grain[] = {
+    {"impostors, 30 K", "error 0.140, overdraw 12.1", 18.4},
+    {"impostors, 100 K", "error 0.126, overdraw 10.2", 64.0},
+    {"impostors, 300 K", "error 0.189, overdraw 9.5", 98.0},
+    {"impostors, 1 M", "error 0.222, overdraw 8.9", 130.8},
+    {NULL, NULL, 0}};
+static const bench_sweep grain = {BENCH_GRAIN,
+                                  "Frames against the particles of an impostor (Lawlor 2004, table "
+                                  "5.5)",
+                                  "most particles of an object",
+                                  false,
+                                  4,
+                                  {30e3, 100e3, 300e3, 1e6}};
+
 /* A published model by every raster method at one size. */
 #define RASTER(model, size, help)                                                                  \
     { model "-" #size, help, bench_raster, .width = size, .rows = size }
@@ -199,6 +214,16 @@ const bench_case *bench_case_at(int index) {
          bench_quads, .width = 1280, .rows = 720},
         {"quad-sides", "time of a quad against its side, fitted to the published model",
          bench_quad_sides, .width = 1280, .rows = 1200, .sweep = &quad_side},
+        {"impostor-decide",
+         "100,000 objects decided a frame, the camera moving; us an object in the note",
+         bench_impostor_decide, .width = 1280, .rows = 720, .target_fps = 50},
+        {"impostor-grain", "particles round which a camera goes, by the most of an object",
+         bench_impostor_grain, .width = 1280, .rows = 720, .sweep = &grain,
+         .published = lawlor_grain, .target_fps = 60},
+        {"impostor-extremes", "world-forest by large, tiny and usual pictures; reuse, bandwidths",
+         bench_impostor_extremes, .width = 1280, .rows = 720, .camera = &glacier},
+        {"impostor-path", "world-forest in flight, pictures drawn elsewhere, over 10 MB/s",
+         bench_impostor_path, .width = 1280, .rows = 720, .camera = &glacier, .target_fps = 60},
         {"codec-tree", "a tree packed by every codec: encode, decode, bytes, links",
          bench_codec_tree, 128, 128, .sweep = &codec_side, .published = lawlor_codecs},
         {"codec-building", "a building, the same", bench_codec_building, 128, 128,
@@ -247,6 +272,8 @@ const bench_group *bench_group_at(int index) {
         {"raster", "everything about triangles", "raster-cells raster-tables"},
         {"coverage", "vector paths with exact edges, beside a plain loop",
          "coverage-large coverage-small coverage-crossing coverage-curves coverage-strokes"},
+        {"impostor", "impostors: deciding, grain, extremes, a flight, and quads",
+         "impostor-decide impostor-grain impostor-extremes impostor-path quads quad-sides"},
         {"codec", "pictures packed for the wire", "codec-tree codec-building codec-particles"},
         {"splat", "particles", "splat-draw splat-sort bricks"},
         {"terrain", "everything about terrain",

@@ -282,6 +282,28 @@ static void codecs_have_tables(void **state) {
     }
 }
 
+/* Impostors: each case has its lines, and every object was decided. */
+static void impostors_have_tables(void **state) {
+    (void)state;
+    assert_int_equal(bench("impostor-decide --quick --threads 1 --json - 2>/dev/null"), 0);
+    assert_int_equal(count("\"case\": \"impostor-decide\""), 2);
+    assert_int_equal(count(" us an object"), 2);
+    assert_int_equal(
+        bench("impostor-grain --quick --threads 1 --particles 40000 --json - 2>/dev/null"), 0);
+    assert_int_equal(count("\"case\": \"impostor-grain\""), 4 + 3);
+    assert_int_equal(count("\"published\": true"), 4);
+    assert_int_equal(count("\"at\": 30000.0"), 1);
+    assert_int_equal(
+        bench("impostor-extremes impostor-path --quick --threads 1 --json - 2>/dev/null"), 0);
+    assert_int_equal(count("\"case\": \"impostor-extremes\""), 3);
+    assert_int_equal(count("\"case\": \"impostor-path\""), 1);
+    assert_int_equal(count(" Mpx/s by B_"), 3);
+    assert_int_equal(bench("--list"), 0);
+    assert_non_null(strstr(output, "impostor-path quads quad-sides"));
+    assert_int_equal(bench("impostor-grain --particles -1 2>&1 >/dev/null"), 2);
+    assert_non_null(strstr(output, "--particles"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(json_has_the_fields),   cmocka_unit_test(the_pictures_are_pinned),
@@ -289,6 +311,7 @@ int main(void) {
         cmocka_unit_test(cold_makes_its_files),  cmocka_unit_test(sweeps_are_plotted),
         cmocka_unit_test(no_gnuplot_is_told),    cmocka_unit_test(bad_use_is_told),
         cmocka_unit_test(triangles_have_tables), cmocka_unit_test(codecs_have_tables),
+        cmocka_unit_test(impostors_have_tables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
