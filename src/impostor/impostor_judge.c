@@ -8,6 +8,9 @@
 /* A plane is not seen flatter than by the arc sine of this. */
 #define LEAST_SINE 0.15
 
+/* What faces the eye has the smallest rectangle: another plane must be this much shallower. */
+#define MUCH_BETTER 0.6
+
 /* Pictures are made anew when they are shown so many times as large or as small. */
 #define MOST_RATIO 1.5
 
@@ -61,6 +64,27 @@ int vd_impostor_key_points(const vd_impostors *set, const vd_impostor_view *view
     return 8;
 }
 
+/* The plane along a side of a box that is thin that way, such as a wall or a level place with
+ * things on it; else the normal stays zero. */
+static double best_side(vd_vec3 back, vd_vec3 half, double facing, vd_vec3 *normal) {
+    const double to[3] = {back.x, back.y, back.z}, thin[3] = {half.x, half.y, half.z};
+    double depth = MUCH_BETTER * facing;
+    int side = -1;
+    for (int i = 0; i < 3; i++) {
+        const double sine = fabs(to[i]);
+        if (sine > LEAST_SINE && thin[i] < depth * sine) {
+            depth = thin[i] / sine;
+            side = i;
+        }
+    }
+    if (side < 0) {
+        return facing;
+    }
+    const double sign = to[side] < 0.0 ? -1.0 : 1.0;
+    *normal = vd_vec3_make(side == 0 ? sign : 0.0, side == 1 ? sign : 0.0, side == 2 ? sign : 0.0);
+    return depth;
+}
+
 double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
                               vd_vec3 *through, vd_vec3 *normal) {
     vd_vec3 min, max;
@@ -71,7 +95,7 @@ double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *v
     const vd_vec3 half = vd_vec3_scale(vd_vec3_subtract(max, min), 0.5);
     const double facing = fabs(back.x) * half.x + fabs(back.y) * half.y + fabs(back.z) * half.z;
     if (!vd_impostor_is_patch(set, node)) {
-        return facing;
+        return best_side(back, half, facing, normal);
     }
     const vd_patch *p = &set->ground.patches[vd_impostor_patch(set, node)];
     const vd_vec3 up =

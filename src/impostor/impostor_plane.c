@@ -24,12 +24,12 @@ static bool meet(const vd_impostor_plane *plane, vd_vec3 eye, double away, vd_ve
     return true;
 }
 
-/* Axes of the plane: as upright as it goes, so that neighbours' pictures have one direction. */
+/* Axes of the plane: upright, or where it is not steep with north up: rectangles of the ground's
+ * cells then fill those of their pictures. */
 static void set_axes(vd_impostor_plane *plane) {
-    vd_vec3 right = vd_vec3_normalize(vd_vec3_cross(vd_vec3_make(0, 0, 1), plane->normal));
-    if (vd_vec3_dot(right, right) < 0.5) { /* level: north is up */
-        right = vd_vec3_normalize(vd_vec3_cross(vd_vec3_make(0, 1, 0), plane->normal));
-    }
+    const bool level = fabs(plane->normal.z) > 0.3;
+    const vd_vec3 up = level ? vd_vec3_make(0, 1, 0) : vd_vec3_make(0, 0, 1);
+    const vd_vec3 right = vd_vec3_normalize(vd_vec3_cross(up, plane->normal));
     plane->right = right;
     plane->up = vd_vec3_cross(plane->normal, right);
 }

@@ -92,7 +92,9 @@ static vd_status add_quad(vd_impostors *set, const vd_camera *camera, const vd_i
                                 .stride = (size_t)picture->width},
                     .opacity = opacity};
     const vd_impostor_plane *plane = &picture->plane;
-    quad.nearer = (float)(plane->distance_m / (plane->distance_m - plane->depth_m));
+    /* Along the line of sight. */
+    const double away = vd_vec3_dot(vd_vec3_subtract(plane->eye, plane->origin), plane->normal);
+    quad.nearer = (float)(away / fmax(away - plane->depth_m, 1e-3 * away));
     for (int i = 0; i < 4; i++) {
         quad.picture.opaque[i] = picture->opaque[i];
     }
