@@ -154,7 +154,7 @@ static void test_front(void **state) {
         expect_text(last.out, "--json", "--help");
     }
     FAILS(2, "did you mean \"render\"", "rendr");
-    FAILS(2, "there is no command \"serve\"", "serve");
+    FAILS(2, "there is no command \"compose\"", "compose");
     FAILS(2, "there is no command \"nothing\"", "help", "nothing");
     FAILS(2, "the command comes first", "--size");
     assert_int_equal(RUN("render"), 2);
