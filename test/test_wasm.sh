@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# test_wasm.sh SCENES-PROGRAM RUNS-PROGRAM FOLDER [--bench]: builds src/display and the run-length
-# decoder to WebAssembly and compares frames and pictures with the native ones, under node. Status 77 (skipped) where a tool is missing.
+# test_wasm.sh SCENES-PROGRAM RUNS-PROGRAM WORLDS-PROGRAM FOLDER [--bench]: builds src/display and the
+# run-length decoder to WebAssembly and compares frames and pictures with the native ones, under
+# node. Status 77 (skipped) where a tool is missing.
 set -euo pipefail
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 for tool in clang-14 wasm-ld-14 node; do
@@ -9,9 +10,11 @@ for tool in clang-14 wasm-ld-14 node; do
         exit 77
     fi
 done
-mkdir -p "$3"
-"$root/script/build-wasm" "$3/veduta-display.wasm"
-"$2" "$3/runs.bin"
-node "$root/test/wasm/runs.mjs" "$3/veduta-display.wasm" "$3/runs.bin"
-"$1" "$3/scenes.bin" 300
-node "$root/test/wasm/display.mjs" "$3/veduta-display.wasm" "$3/scenes.bin" "${@:4}"
+mkdir -p "$4"
+"$root/script/build-wasm" "$4/veduta-display.wasm"
+"$2" "$4/runs.bin"
+node "$root/test/wasm/runs.mjs" "$4/veduta-display.wasm" "$4/runs.bin"
+"$3" "$4/worlds.bin" 300
+node "$root/test/wasm/scene.mjs" "$4/veduta-display.wasm" "$4/worlds.bin"
+"$1" "$4/scenes.bin" 300
+node "$root/test/wasm/display.mjs" "$4/veduta-display.wasm" "$4/scenes.bin" "${@:5}"

@@ -8,9 +8,8 @@
  * out.
  */
 #include <string.h>
-#include "display/display_rows.h"
+#include "display/wasm/display_wasm.h"
 
-#define EXPORT(name) __attribute__((export_name(#name), used)) name
 #define PAGE 65536u
 #define WORDS 21
 
@@ -39,7 +38,7 @@ NO_BUILTIN("memset") void *memset(void *to, int value, size_t count) {
 }
 
 /* Where the memory taken so far ends. */
-uintptr_t EXPORT(vd_wasm_mark)(void) {
+uintptr_t VD_EXPORT(vd_wasm_mark)(void) {
     if (taken == 0) {
         taken = ((uintptr_t)&__heap_base + 63) & ~(uintptr_t)63;
     }
@@ -47,12 +46,12 @@ uintptr_t EXPORT(vd_wasm_mark)(void) {
 }
 
 /* Gives back all that was taken since the mark. */
-void EXPORT(vd_wasm_return)(uintptr_t mark) {
+void VD_EXPORT(vd_wasm_return)(uintptr_t mark) {
     taken = mark;
 }
 
 /* Takes memory at a multiple of 64 bytes; 0 when there is none. */
-uintptr_t EXPORT(vd_wasm_take)(size_t bytes) {
+uintptr_t VD_EXPORT(vd_wasm_take)(size_t bytes) {
     const uintptr_t at = vd_wasm_mark();
     const uint64_t end = ((uint64_t)at + bytes + 63) & ~(uint64_t)63;
     const uint64_t have = (uint64_t)__builtin_wasm_memory_size(0) * PAGE;
@@ -76,38 +75,52 @@ static vd_quad read_quad(const uint32_t words[WORDS]) {
     return quad;
 }
 
-/* Draws `count` quads of `words` over rgba, height rows of stride pixels (a multiple of 16, rgba at
- * a multiple of 64). Returns how many were left out because they are not sound, or −1 when there is
- * no memory. */
-int EXPORT(vd_wasm_draw)(uint8_t *rgba, int width, int height, size_t stride, const uint32_t *words,
-                         int count, float near_m, int draw_hidden) {
+int vd_wasm_draw_quads(const vd_display_window *window, const vd_quad *quads, int count,
+                       float near_m, bool draw_hidden) {
     const uintptr_t mark = vd_wasm_mark();
     const size_t n = (size_t)count;
-    vd_quad *quads = (vd_quad *)vd_wasm_take(n * sizeof *quads);
     vd_display_setup *setups = (vd_display_setup *)vd_wasm_take(n * sizeof *setups);
     vd_display_entry *entries = (vd_display_entry *)vd_wasm_take(n * sizeof *entries);
     vd_display_entry *active = (vd_display_entry *)vd_wasm_take(n * sizeof *active);
     vd_display_segment *segments =
         (vd_display_segment *)vd_wasm_take(vd_display_segment_count(count) * sizeof *segments);
     int unsound = -1;
-    if (quads != NULL && setups != NULL && entries != NULL && active != NULL && segments != NULL) {
-        vd_display_list list = {
-            .window = {.rgba = rgba, .width = width, .height = height, .stride = stride},
-            .kernels = vd_display_kernels_for(VD_ISA_V2),
-            .entries = entries,
-            .draw_hidden = draw_hidden != 0};
+    if (setups != NULL && entries != NULL && active != NULL && segments != NULL) {
+        vd_display_list list = {.window = *window,
+                                .kernels = vd_display_kernels_for(VD_ISA_V2),
+                                .entries = entries,
+                                .draw_hidden = draw_hidden};
         unsound = 0;
         for (int i = 0; i < count; i++) {
             const char *field;
-            quads[i] = read_quad(words + (size_t)i * WORDS);
             if (!vd_display_check(&quads[i], &field)) {
                 unsound++;
-            } else if (vd_display_prepare(&quads[i], near_m, height, &setups[list.count],
+            } else if (vd_display_prepare(&quads[i], near_m, window->height, &setups[list.count],
                                           &entries[list.count])) {
                 list.count++;
             }
         }
-        vd_display_rows(&list, 0, height, (vd_display_scratch){active, segments});
+        vd_display_rows(&list, 0, window->height, (vd_display_scratch){active, segments});
+    }
+    vd_wasm_return(mark);
+    return unsound;
+}
+
+/* Draws `count` quads of `words` over rgba, height rows of stride pixels (a multiple of 16, rgba at
+ * a multiple of 64). Returns how many were left out because they are not sound, or −1 when there is
+ * no memory. */
+int VD_EXPORT(vd_wasm_draw)(uint8_t *rgba, int width, int height, size_t stride,
+                            const uint32_t *words, int count, float near_m, int draw_hidden) {
+    const uintptr_t mark = vd_wasm_mark();
+    vd_quad *quads = (vd_quad *)vd_wasm_take((size_t)count * sizeof *quads);
+    int unsound = -1;
+    if (quads != NULL) {
+        const vd_display_window window = {
+            .rgba = rgba, .width = width, .height = height, .stride = stride};
+        for (int i = 0; i < count; i++) {
+            quads[i] = read_quad(words + (size_t)i * WORDS);
+        }
+        unsound = vd_wasm_draw_quads(&window, quads, count, near_m, draw_hidden != 0);
     }
     vd_wasm_return(mark);
     return unsound;

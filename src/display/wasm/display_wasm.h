@@ -1,0 +1,19 @@
+/* display_wasm.h: what the parts of the WebAssembly build share. */
+#ifndef VEDUTA_DISPLAY_WASM_H
+#define VEDUTA_DISPLAY_WASM_H
+
+#include "display/display_rows.h"
+
+#define VD_EXPORT(name) __attribute__((export_name(#name), used)) name
+
+/* Memory, as display_wasm.c says. */
+uintptr_t vd_wasm_mark(void);
+void vd_wasm_return(uintptr_t mark);
+uintptr_t vd_wasm_take(size_t bytes);
+
+/* Draws the quads that are sound, farthest first, over the window. Returns how many were left out,
+ * or −1 when there is no memory. */
+int vd_wasm_draw_quads(const vd_display_window *window, const vd_quad *quads, int count,
+                       float near_m, bool draw_hidden);
+
+#endif
