@@ -1,0 +1,37 @@
+// items.ts: what the two workers say to each other: pictures unpacked, in the server's order.
+
+export interface CameraNumbers {
+    eye: [number, number, number];
+    orientation: [number, number, number, number];
+    lens: [number, number, number, number];
+    near: number;
+    width: number;
+    height: number;
+}
+
+export interface PictureItem {
+    kind: 'impostor'; id: bigint; version: number; corners: Float64Array; opaque: number[];
+    width: number; height: number; pixels: Uint8Array;
+}
+export interface ScreenItem {
+    kind: 'screen'; camera: CameraNumbers; exact: boolean; width: number; height: number;
+    pixels: Uint8Array;
+}
+export type Item = PictureItem | ScreenItem
+    | { kind: 'order'; ids: BigUint64Array }
+    | { kind: 'replace'; out: BigUint64Array; in: BigUint64Array }
+    | { kind: 'drop'; ids: BigUint64Array };
+
+export type ToDisplay =
+    | { to: 'batch'; connection: number; batch: number; items: Item[]; bytes: number }
+    | { to: 'world'; camera: CameraNumbers; heading: number; pitch: number; roll: number;
+        fov: number; min: number[] | null; max: number[] | null }
+    | { to: 'held' }      // what is still there is asked for
+    | { to: 'connected' }; // a camera is wanted
+
+export type ToLink =
+    | { to: 'camera'; camera: CameraNumbers; time: number }
+    | { to: 'taken'; connection: number; batch: number; bytes: number; held: number;
+        dropped: BigUint64Array }
+    | { to: 'held'; ids: BigUint64Array; versions: number[] }
+    | { to: 'frames'; framesPerSecond: number; p99: number; shown: number };
