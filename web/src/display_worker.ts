@@ -15,6 +15,7 @@ export type FromPage =
     | { to: 'pace'; steps: number }
     | { to: 'resize'; width: number; height: number }
     | { to: 'pose'; pose: Pose }
+    | { to: 'home' }                                           // where it began, to the bit
     | { to: 'screens'; screens: boolean }
     | { to: 'bounds'; bounds: boolean }
     | { to: 'keep'; keep: boolean }
@@ -72,6 +73,7 @@ class Display {
     private min: number[] | null = null;
     private max: number[] | null = null;
     private given: Pose | null;
+    private world: Extract<ToDisplay, { to: 'world' }> | null = null;
     private aimed = false;  // the camera is as the pose says; a world's own has its exact numbers
     private changed = true; // the camera, since it was last sent
     private dirty = true;
@@ -133,9 +135,11 @@ class Display {
     private enter(world: Extract<ToDisplay, { to: 'world' }>): void {
         const { camera, heading, pitch, roll, fov } = world;
         const [x, y, z] = camera.eye;
+        this.world = world;
+        this.aimed = false;
         this.min = world.min;
         this.max = world.max;
-        this.pose = this.given ?? { eye: [x, y, z], heading, pitch, roll, fov };
+        this.pose = structuredClone(this.given) ?? { eye: [x, y, z], heading, pitch, roll, fov };
         this.camera = { ...camera, width: this.width, height: this.height };
         if (this.given === null && camera.width === this.width && camera.height === this.height) {
             this.aimed = true; // its very numbers
@@ -322,8 +326,12 @@ class Display {
             break;
         case 'pose':
             this.pose = message.pose;
-            this.given = message.pose;
             this.moved();
+            break;
+        case 'home':
+            if (this.world !== null) {
+                this.enter(this.world);
+            }
             break;
         case 'screens':
             this.screens = message.screens;

@@ -4,7 +4,6 @@ import wasmUrl from '../generated/veduta-display.wasm?url';
 import type { FromPage as ToDisplay, ToPage as FromDisplay } from './display_worker.js';
 import { listenToKeys, listenToPointers, type Action } from './input.js';
 import type { FromPage as ToLink, ToPage as FromLink } from './link_worker.js';
-import type { Pose } from './motion.js';
 import { formatFlags, formatFragment, parseFragment } from './share.js';
 import type { LinkStats, State, Status, Wishes } from './status.js';
 
@@ -18,7 +17,6 @@ function find<T extends HTMLElement>(id: string): T {
 const canvas = find<HTMLCanvasElement>('view');
 const fragment = parseFragment(location.hash);
 let token = fragment.token;
-let home: Pose | null = null;
 let view: Extract<FromDisplay, { to: 'view' }> | null = null;
 let status: Status | null = null;
 let linkStats: LinkStats | null = null;
@@ -243,9 +241,7 @@ function act(action: Action): void {
         tick('keep', ['Pictures are kept as they are.', 'Pictures follow again.']);
         break;
     case 'home':
-        if (home !== null) {
-            toDisplay({ to: 'pose', pose: home });
-        }
+        toDisplay({ to: 'home' });
         break;
     case 'faster':
     case 'slower':
@@ -340,7 +336,6 @@ function fromDisplay({ data }: MessageEvent<FromDisplay>): void {
     switch (data.to) {
     case 'view':
         view = data;
-        home ??= data.pose;
         document.documentElement.dataset.exact = String(data.exact);
         showStatus();
         showNumbers();

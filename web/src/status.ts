@@ -76,7 +76,7 @@ export function readWorld(text: string): WorldInfo | null {
     const socket = root?.socket as Json | undefined, camera = root?.camera as Json | undefined;
     const bounds = root?.bounds as Json | null | undefined;
     if (typeof socket !== 'object' || typeof camera !== 'object' || socket === null ||
-        camera === null || typeof socket.path !== 'string' || !/^\/[\w./-]*$/.test(socket.path) ||
+        camera === null || typeof socket.path !== 'string' || !/^\/[\w-][\w./-]*$/.test(socket.path) ||
         typeof socket.protocol !== 'string' || !/^[\w.-]+$/.test(socket.protocol)) {
         return null;
     }

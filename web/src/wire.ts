@@ -250,25 +250,34 @@ class Writer {
         return at;
     }
 
+    private byte(value: number): void {
+        const at = this.room(1); // before `bytes` is read: it may be another one then
+        this.bytes[at] = value;
+    }
+
     varint(value: bigint): void {
         for (; value > 127n; value >>= 7n) {
-            this.bytes[this.room(1)] = Number(value & 127n) | 128;
+            this.byte(Number(value & 127n) | 128);
         }
-        this.bytes[this.room(1)] = Number(value);
+        this.byte(Number(value));
     }
 
     counted(bytes: Uint8Array): void {
         this.varint(BigInt(bytes.length));
-        this.bytes.set(bytes, this.room(bytes.length));
+        const at = this.room(bytes.length);
+        this.bytes.set(bytes, at);
     }
 
     scalar(type: string, value: Value): void {
         if (type === 'double') {
-            this.view.setFloat64(this.room(8), value as number, true);
+            const at = this.room(8);
+            this.view.setFloat64(at, value as number, true);
         } else if (type === 'float') {
-            this.view.setFloat32(this.room(4), value as number, true);
+            const at = this.room(4);
+            this.view.setFloat32(at, value as number, true);
         } else if (type === 'fixed64') {
-            this.view.setBigUint64(this.room(8), value as bigint, true);
+            const at = this.room(8);
+            this.view.setBigUint64(at, value as bigint, true);
         } else if (type === 'string') {
             this.counted(letters.encode(value as string));
         } else if (type === 'bytes') {
