@@ -24,6 +24,11 @@ if(NOT VEDUTA_REMOTE)
 endif()
 install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${veduta_left_out})
 
+# The page, where script/build-web made it.
+if(VEDUTA_APP)
+    install(DIRECTORY web/dist/ DESTINATION ${CMAKE_INSTALL_DATADIR}/veduta/web OPTIONAL)
+endif()
+
 # ---- find_package(Veduta) ------------------------------------------------------------------------
 set(veduta_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Veduta)
 install(EXPORT VedutaTargets NAMESPACE Veduta:: DESTINATION ${veduta_cmake_dir})

@@ -9,7 +9,7 @@ import { take, type Exports } from './wasm.js';
 /** Behind everything, where nothing is: 0xAABBGGRR. */
 const BACKGROUND = 0xff332c28;
 
-/** Cameras are 11 doubles in C; two of them are kept, and a picture's place. */
+/** Cameras are 12 doubles in C; two of them are kept, and a picture's place. */
 const CAMERA_BYTES = 96;
 
 interface Held { slot: number; version: number }

@@ -72,6 +72,18 @@ test('what does not fit is given up, what is shown last', async () => {
     assert.deepEqual(see(), BACKGROUND);
 });
 
+test('an order that names a picture too often does not hold up frames', async () => {
+    const { scene, see } = await begin();
+    const glass = picture(1, 1, [10, 20, 30]);
+    glass.pixels.forEach((_, i, all) => { all[i] = 20; });
+    scene.apply([glass, { kind: 'order', ids: new BigUint64Array(65536).fill(1n) }]);
+    see();
+    assert.ok(scene.shown >= 64 && scene.shown < 80, String(scene.shown));
+    scene.apply([{ kind: 'order', ids: ids(1, 1) }]);
+    see();
+    assert.equal(scene.shown, 2);
+});
+
 test('screens: as they are, turned with the camera, until the next order', async () => {
     const { scene, looking, see } = await begin();
     const screen = (exact, color, from = looking) => ({

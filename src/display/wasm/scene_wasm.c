@@ -17,6 +17,12 @@
 #define MOST_SLOTS 65537u /* what a client may hold, and one */
 #define BYTES_PER_PIXEL 4u
 
+/* A frame is drawn over so many times at most: a server that orders one large picture ten thousand
+ * times is not waited for. Worlds have an overdraw below 5. */
+#define MOST_OVERDRAW 64.0
+
+enum { TINT_SIDE = 64 };
+
 typedef struct block {
     uint32_t bytes; /* with this head: a multiple of HEAD_BYTES */
     uint32_t slot;  /* NO_SLOT: free */
@@ -105,7 +111,6 @@ static uint32_t allocate(uint32_t bytes) {
 /* Makes a scene of `slots` slots and a heap; only once. Returns where the order is kept: `slots`
  * numbers of 32 bits; 0 when there is no memory. */
 uint32_t *VD_EXPORT(vd_wasm_scene_create)(uint32_t slots, uint32_t heap_bytes) {
-    enum { TINT_SIDE = 16 };
     if (slots == 0 || slots > MOST_SLOTS || heap_bytes < HEAD_BYTES || heap_bytes > INT32_MAX) {
         return NULL;
     }
@@ -249,12 +254,52 @@ void VD_EXPORT(vd_wasm_fill)(uint32_t *rgba, int height, size_t stride, uint32_t
     }
 }
 
+/* Pixels of the frame's part that a quad may cover; all of them where it reaches behind the eye. */
+static double area_of(const vd_quad *quad, float near_m, int width, int height) {
+    double low[2] = {width, height}, high[2] = {0, 0};
+    for (int i = 0; i < 4; i++) {
+        const vd_quad_corner c = quad->corners[i];
+        if (!(c.w >= near_m)) {
+            return (double)width * height;
+        }
+        const double at[2] = {c.x / c.w, c.y / c.w};
+        for (int k = 0; k < 2; k++) {
+            low[k] = at[k] < low[k] ? at[k] : low[k];
+            high[k] = at[k] > high[k] ? at[k] : high[k];
+        }
+    }
+    const double most[2] = {width, height};
+    for (int k = 0; k < 2; k++) {
+        low[k] = low[k] > 0 ? low[k] : 0;
+        high[k] = high[k] < most[k] ? high[k] : most[k];
+        if (!(high[k] > low[k])) {
+            return 0;
+        }
+    }
+    return (high[0] - low[0]) * (high[1] - low[1]);
+}
+
+/* The quad of a slot's picture; false where there is none, or it cannot be placed. */
+static bool make_quad(uint32_t number, const vd_camera *camera, const vd_matrix *matrix,
+                      vd_quad *quad) {
+    if (number >= scene.slot_count || scene.slots[number].at == 0) {
+        return false;
+    }
+    const slot *s = &scene.slots[number];
+    *quad = (vd_quad){.opacity = 255};
+    quad->picture = (vd_quad_picture){scene.heap + (s->at - 1) + HEAD_BYTES,
+                                      s->width,
+                                      s->height,
+                                      (size_t)s->width,
+                                      {s->opaque[0], s->opaque[1], s->opaque[2], s->opaque[3]}};
+    return place(quad, camera, matrix, s->corners);
+}
+
 /* Draws what the first `count` numbers of the order name, farthest first, over rgba (as
  * vd_wasm_draw wants it); with `bounds` a tint over each. What is not sound or no longer there is
  * left out. Returns the number of pictures drawn, or −1 when there is no memory. */
 int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int width, int height,
                                   size_t stride, uint32_t count, int bounds) {
-    enum { TINT_SIDE = 16 };
     const uintptr_t mark = vd_wasm_mark();
     const vd_camera camera = read_camera(page);
     const vd_matrix matrix = vd_camera_matrix(&camera);
@@ -263,32 +308,26 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
     if (quads == NULL) {
         return -1;
     }
+    const float near_m = (float)page->near_m;
+    double room = MOST_OVERDRAW * width * height;
     int made = 0, shown = 0;
-    for (uint32_t i = 0; i < most; i++) {
-        const uint32_t number = scene.order[i];
-        if (number >= scene.slot_count || scene.slots[number].at == 0) {
+    for (uint32_t i = 0; i < most && room >= 0; i++) {
+        vd_quad quad;
+        if (!make_quad(scene.order[i], &camera, &matrix, &quad)) {
             continue;
         }
-        const slot *s = &scene.slots[number];
-        vd_quad quad = {.opacity = 255};
-        quad.picture = (vd_quad_picture){scene.heap + (s->at - 1) + HEAD_BYTES,
-                                         s->width,
-                                         s->height,
-                                         (size_t)s->width,
-                                         {s->opaque[0], s->opaque[1], s->opaque[2], s->opaque[3]}};
-        if (place(&quad, &camera, &matrix, s->corners)) {
+        room -= area_of(&quad, near_m, width, height);
+        quads[made++] = quad;
+        shown++;
+        if (bounds) {
+            quad.picture =
+                (vd_quad_picture){scene.tint, TINT_SIDE, TINT_SIDE, TINT_SIDE, {0, 0, 0, 0}};
             quads[made++] = quad;
-            shown++;
-            if (bounds) {
-                quad.picture =
-                    (vd_quad_picture){scene.tint, TINT_SIDE, TINT_SIDE, TINT_SIDE, {0, 0, 0, 0}};
-                quads[made++] = quad;
-            }
         }
     }
     const vd_display_window window = {
         .rgba = rgba, .width = width, .height = height, .stride = stride};
-    const int unsound = vd_wasm_draw_quads(&window, quads, made, (float)page->near_m, false);
+    const int unsound = vd_wasm_draw_quads(&window, quads, made, near_m, false);
     vd_wasm_return(mark);
     return unsound < 0 ? -1 : shown;
 }
