@@ -82,7 +82,7 @@ class Display {
     private toldMs = 0;
     private screens: boolean;
     private bounds = false;
-    private kept: Extract<ToDisplay, { to: 'batch' }>[] | null = null;
+    private kept = false;   // the server hears of no camera, and so makes no pictures
 
     constructor(private readonly wasm: Exports, private readonly scene: Scene,
                 private readonly port: MessagePort, private readonly canvas: OffscreenCanvas | null,
@@ -193,7 +193,7 @@ class Display {
         if (this.dirty) {
             this.dirty = false;
             const camera = this.aim();
-            if (this.changed) {
+            if (this.changed && !this.kept) {
                 this.changed = false;
                 this.post({ to: 'camera', camera, time: performance.now() / 1000 });
             }
@@ -273,20 +273,8 @@ class Display {
             this.touch();
             break;
         case 'batch':
-            if (this.kept !== null) { // not taken either: soon no more comes
-                this.kept.push(message);
-            } else {
-                this.takeIn(message);
-            }
+            this.takeIn(message);
             break;
-        }
-    }
-
-    private keep(keep: boolean): void {
-        const waiting = this.kept ?? [];
-        this.kept = keep ? waiting : null;
-        if (!keep) {
-            waiting.forEach((batch) => this.takeIn(batch));
         }
     }
 
@@ -342,7 +330,8 @@ class Display {
             this.touch();
             break;
         case 'keep':
-            this.keep(message.keep);
+            this.kept = message.keep;
+            this.touch();
             break;
         case 'shoot':
             void this.shoot();

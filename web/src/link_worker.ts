@@ -2,7 +2,7 @@
 import schema from '../../src/remote/veduta.proto';
 import { Unpacker, type DecodeFile } from './codec.js';
 import type { ToLink } from './items.js';
-import { Session } from './session.js';
+import { Session, WORLD_BYTES } from './session.js';
 import type { LinkSetup, LinkStats, Status, Wishes, WorldInfo } from './status.js';
 import { instantiate } from './wasm.js';
 import { Wire } from './wire.js';
@@ -52,7 +52,22 @@ async function get(url: string, token: string): Promise<{ status: number; text: 
         cache: 'no-store', credentials: 'omit', redirect: 'error',
         signal: AbortSignal.timeout(10000),
     });
-    return { status: answer.status, text: await answer.text() };
+    return { status: answer.status, text: await readAtMost(answer, WORLD_BYTES) };
+}
+
+/** A body's text; fails where it does not end. */
+async function readAtMost(answer: Response, most: number): Promise<string> {
+    const reader = answer.body?.getReader(), decoder = new TextDecoder();
+    let text = '', bytes = 0;
+    for (let part = await reader?.read(); part?.value !== undefined; part = await reader?.read()) {
+        bytes += part.value.length;
+        if (bytes > most) {
+            await reader?.cancel();
+            throw new RangeError('an answer is too long');
+        }
+        text += decoder.decode(part.value, { stream: true });
+    }
+    return text;
 }
 
 async function start({ module, port, setup }: Extract<FromPage, { to: 'start' }>): Promise<Session> {
@@ -71,7 +86,7 @@ async function start({ module, port, setup }: Extract<FromPage, { to: 'start' }>
     });
     port.onmessage = ({ data }: MessageEvent<ToLink>) => session.fromDisplay(data);
     void session.connect();
-    self.addEventListener('online', () => void session.again(setup.token));
+    self.addEventListener('online', () => session.hurry());
     return session;
 }
 

@@ -43,7 +43,7 @@ const QUIET_S = 5, SILENT_S = 25;
 const MOST_WAITING_BYTES = 4 * ENVELOPE_BYTES;
 const MOST_HANDED_BYTES = 128 << 20; // unpacked, on their way to the display
 const SENT_CAMERAS = 64;
-const WORLD_BYTES = 1 << 20;
+export const WORLD_BYTES = 1 << 20; // most of /world.json
 const MODES = { impostors: 1, screens: 2 };
 const SCREENS_BIT = 1 << 10;
 
@@ -150,6 +150,13 @@ export class Session {
         this.setup.token = token;
         this.attempts = 0;
         await this.connect();
+    }
+
+    /** There is a network again: the next try need not wait. */
+    hurry(): void {
+        if (this.status.state === 'lost') {
+            void this.again(this.setup.token);
+        }
     }
 
     // ---- connecting ---------------------------------------------------------------------------------
@@ -284,6 +291,7 @@ export class Session {
     private async takeIn(envelope: Envelope, bytes: number, generation: number): Promise<void> {
         const start = this.around.now();
         const items: (Item | Promise<Item>)[] = [];
+        this.checkMemory(envelope.messages);
         for (const message of envelope.messages) {
             checkMessage(message);
             if (!this.greeted && !message.hello && !message.error && !message.bye) {
@@ -308,6 +316,18 @@ export class Session {
             this.batch = envelope.batch || this.batch;
             this.numbers.decodeS = this.around.now() - start;
             this.handOver(envelope.batch, settled, bytes);
+        }
+    }
+
+    /** Transparent pictures of any size are a few bytes: what they unpack to is bounded. */
+    private checkMemory(messages: Message[]): void {
+        let all = 0;
+        for (const { impostor } of messages) {
+            const bytes = impostor ? 4 * impostor.width * impostor.height : 0;
+            all += bytes;
+            if (bytes > this.setup.memoryBytes || all > 2 * this.setup.memoryBytes) {
+                throw new WireFault('pictures take more than the memory that was stated');
+            }
         }
     }
 

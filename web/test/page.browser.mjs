@@ -74,6 +74,17 @@ test('moves at once, whatever the server does', async () => {
         await page.keyboard.press('0'); // home
         await pause(300);
         assert.ok((await keepPicture(page)).rgb.equals(before.rgb));
+        const asked = heard.length;
+        await page.keyboard.press('x'); // kept: nothing is asked for while it moves
+        await pause(100);
+        await page.keyboard.press('ArrowLeft');
+        await pause(400);
+        assert.equal(heard.slice(asked).filter((m) => m.camera).length, 0);
+        assert.ok(!(await keepPicture(page)).rgb.equals(before.rgb));
+        await page.keyboard.press('x');
+        await until(() => heard.slice(asked).some((m) => m.camera), 'a camera');
+        await page.keyboard.press('0');
+        await pause(300);
         await page.mouse.move(450, 180);
         await page.mouse.down();
         await page.mouse.move(510, 180, { steps: 4 });

@@ -153,7 +153,8 @@ test('lost: tries again, later each time, and says what it holds', async () => {
     }
     assert.deepEqual(waits, [0.5, 1, 2, 4, 8, 15, 15]);
     t.answer = { status: 200, text: WORLD };
-    await t.pass(16);
+    t.session.hurry();
+    await t.settle();
     t.kinds();
     t.socket().onopen();
     await t.settle();
@@ -212,6 +213,10 @@ test('what cannot be right ends the connection, with a word to the server', asyn
         (t) => t.hear(1, { screen: { camera: 9, codec: 1, width: 1, height: 1,
                                      picture: new Uint8Array(4) } }),
         (t) => t.hear(0, { camera: { sequence: 1 } }),
+        (t) => t.hear(1, ...[1n, 2n, 3n].map((id) => ({ impostor: { ...impostor(id, 1), codec: 2,
+            width: 4000, height: 4000, picture: new Uint8Array(4 * 4000) } }))),
+        (t) => t.hear(1, { impostor: { ...impostor(1n, 1), codec: 2, width: 4097, height: 4096,
+                                       picture: new Uint8Array(4 * 4096) } }),
     ];
     for (const act of hostile) {
         const t = await greeted();
