@@ -24,6 +24,8 @@ fi
 if [ "$1" = serve ] && ! "$2" serve --help >/dev/null 2>&1; then
     skip "veduta was built without its server"
 fi
+[ -d "$root/web/node_modules" ] || timeout 60 npm view fzstd version >/dev/null 2>&1 ||
+    skip "the npm registry cannot be reached, and web/node_modules is not there"
 (
     flock 9 # tests run side by side
     "$root/script/build-web"
