@@ -197,6 +197,24 @@ static void a_link_takes_its_time(void **state) {
     }
 }
 
+/* With a link that takes no time what another machine draws still takes its drawing. */
+static void a_remote_picture_comes_after_it_was_drawn(void **state) {
+    (void)state;
+    vd_impostor_def def = linked(1e15, 0.0);
+    def.remote = true;
+    scene s;
+    begin(&s, 20, &def);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    const vd_impostor_stats stats = step(&s, &camera);
+    const vd_impostor_sending *sending = s.set->sending.data;
+    assert_true(stats.drawn > 1 && s.set->sending.count == stats.drawn);
+    for (size_t i = 0; i < s.set->sending.count; i++) {
+        assert_true(sending[i].arrives_s > (i > 0 ? sending[i - 1].arrives_s : s.time_s) + 1e-7);
+        assert_true(sending[i].arrives_s <= s.time_s + stats.draw_s);
+    }
+    end(&s);
+}
+
 /* Ends while pictures are on their way, and keeps its memory while they are. */
 static void a_full_link_keeps_the_memory(void **state) {
     (void)state;
@@ -371,6 +389,7 @@ int main(void) {
         cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(tolerance_zero_always_draws),
         cmocka_unit_test(a_link_takes_its_time),
+        cmocka_unit_test(a_remote_picture_comes_after_it_was_drawn),
         cmocka_unit_test(a_full_link_keeps_the_memory),
         cmocka_unit_test(replays_are_the_same),
         cmocka_unit_test(without_reuse_all_is_drawn_anew),

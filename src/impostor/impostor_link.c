@@ -39,6 +39,9 @@ double vd_impostors_send(vd_impostors *set, size_t bytes) {
     if (set->def.link_bytes_per_s == 0.0) {
         return set->time_s;
     }
+    if (set->def.remote) { /* what is sent now was drawn just now */
+        set->remote_free_s = set->time_s + 1e-9 * (double)(vd_clock_ns() - set->draws_since_ns);
+    }
     const double made_s = set->remote_free_s > set->time_s ? set->remote_free_s : set->time_s;
     const double from_s = set->link_free_s > made_s ? set->link_free_s : made_s;
     set->link_free_s = from_s + (double)bytes / set->def.link_bytes_per_s;

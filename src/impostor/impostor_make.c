@@ -165,18 +165,21 @@ static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_vie
     return vd_world_draw_part(set->renderer, job, camera, &part, set->canvas, &pass, &stats);
 }
 
+/* The plane of a node's picture: the best one, or where that cannot be one that faces the eye. */
+static bool fit_plane(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                      vd_impostor_plane *out) {
+    vd_vec3 points[VD_IMPOSTOR_POINTS], through, normal;
+    const int count = vd_impostor_key_points(set, view, node, points);
+    (void)vd_impostor_best_plane(set, view, node, &through, &normal);
+    return vd_impostor_plane_fit(view->eye, through, normal, points, count, out) ||
+           (vd_vec3_dot(normal, normal) > 0.0 &&
+            vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), points, count, out));
+}
+
 vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
                             vd_impostor_slot *slot) {
-    vd_vec3 points[VD_IMPOSTOR_POINTS], through, normal;
     vd_impostor_picture made = {.focal_px = view->focal_px * view->detail};
-    const int count = vd_impostor_key_points(set, view, slot->node, points);
-    (void)vd_impostor_best_plane(set, view, slot->node, &through, &normal);
-    bool fits = vd_impostor_plane_fit(view->eye, through, normal, points, count, &made.plane);
-    if (!fits && vd_vec3_dot(normal, normal) > 0.0) {
-        fits = vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), points, count,
-                                     &made.plane);
-    }
-    if (!fits) {
+    if (!fit_plane(set, view, slot->node, &made.plane)) {
         vd_impostor_fail(set, slot);
         return vd_success();
     }
@@ -194,6 +197,9 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
                                                       VD_IMPOSTOR_PAD, fmax(nearest, 1e-3));
     const int samples = set->renderer->samples;
     status = vd_world_renderer_set_samples(set->renderer, set->def.samples);
+    if (status.code == VD_OK) { /* a rectangle without a side has no lens */
+        status = vd_camera_validate(&camera);
+    }
     if (status.code == VD_OK) {
         status = draw_node(set, job, view, &camera, &made.plane, slot->node);
     }
@@ -224,6 +230,7 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     made.version = ++set->versions;
     set->stats.drawn++;
     set->stats.pixels_drawn += (uint64_t)made.width * (uint64_t)made.height;
+    set->stats.pictures++;
     set->bytes += (size_t)made.width * (size_t)made.height * 4;
     return vd_impostors_take(set, slot, &made);
 }

@@ -122,15 +122,17 @@ struct vd_impostors {
     vd_list wishes;   /* vd_impostor_wish */
     vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
     size_t canvas_pixels;
-    size_t bytes;         /* of pictures */
-    vd_list sending;      /* vd_impostor_sending, in the order of their arrival */
-    size_t sending_bytes; /* of these; part of `bytes` */
-    double link_free_s;   /* when the last of them has left */
-    double remote_free_s; /* when the far end has drawn what it was asked for */
-    vd_frame *still;      /* the whole, aligned with the screen; see impostor_still.c */
+    size_t bytes;            /* of pictures */
+    vd_list sending;         /* vd_impostor_sending, in the order of their arrival */
+    size_t sending_bytes;    /* of these; part of `bytes` */
+    double link_free_s;      /* when the last of them has left */
+    double remote_free_s;    /* when the far end has drawn what it was asked for */
+    uint64_t draws_since_ns; /* when the last update began to draw */
+    vd_frame *still;         /* the whole, aligned with the screen; see impostor_still.c */
     bool has_still;
-    double still_s; /* when it comes */
-    int resting;    /* updates with this camera and size */
+    double still_s;       /* when it comes */
+    double still_retry_s; /* not drawn again before, since it failed */
+    int resting;          /* updates with this camera and size */
     vd_camera rest_camera;
     int rest_width, rest_height;
     uint8_t *tints; /* see impostor_tint.c; null until some are shown */
@@ -141,6 +143,7 @@ struct vd_impostors {
     vd_impostor_front in_front; /* `ship`; see impostor_items.c */
     vd_frame *front_frame;
     vd_vec3 sky_eye;
+    bool has_sky;  /* all sides of it, as from there */
     vd_list items; /* vd_impostor_item */
     vd_list ids;   /* uint64_t, of an order or of what is gone */
     uint64_t update;

@@ -141,6 +141,7 @@ bool vd_impostors_settled(const vd_impostors *set) {
 void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
     if (picture->rgba != NULL) {
         set->bytes -= (size_t)picture->width * (size_t)picture->height * 4;
+        set->stats.pictures--;
         vd_release(set->context, picture->rgba);
         picture->rgba = NULL;
     }
@@ -357,7 +358,7 @@ static vd_status make_all(vd_impostors *set, vd_job *job, const vd_impostor_view
         set->stats.decide_s += 1e-9 * (double)(vd_clock_ns() - start);
         if (round == 0) {
             vd_impostors_forget_stale(set);
-            spent.start_ns = vd_clock_ns();
+            spent.start_ns = set->draws_since_ns = vd_clock_ns();
             spent.most_s = budget_s(set);
         } else if (set->wishes.count == 0) {
             break;
