@@ -63,12 +63,14 @@ static void a_long_walk_keeps_its_budgets(void **state) {
             check_once(&s, &w.camera);
         }
     }
-    size_t bytes = 0;
+    size_t bytes = 0, pictures = 0;
     for (uint32_t i = 0; i < s.set->slots.count; i++) {
         const vd_impostor_picture *p = &vd_impostor_slot_at(s.set, i)->now;
+        pictures += p->rgba != NULL;
         bytes += p->rgba != NULL ? (size_t)p->width * (size_t)p->height * 4 : 0;
     }
-    assert_int_equal(bytes, s.set->bytes); /* the count is kept */
+    assert_int_equal(bytes, s.set->bytes); /* the counts are kept */
+    assert_int_equal(pictures, s.set->stats.pictures);
     assert_true(s.set->stats.dropped > 10 && shown > drawn);
     print_message("%d updates: %llu pictures drawn, %llu shown, %llu dropped\n", updates,
                   (unsigned long long)drawn, (unsigned long long)shown,
@@ -307,6 +309,31 @@ static void what_fails_is_skipped(void **state) {
     (void)unlink(path);
 }
 
+/* Nor is it one of an update that would reissue the whole, when the camera rests amidst it. */
+static void what_fails_nearby_is_no_failure_of_an_update(void **state) {
+    (void)state;
+    static const char path[] = VEDUTA_BINARY_DIR "/test-impostor-walk.vdp";
+    vd_impostor_def def = patient();
+    def.least_reuse = 1e9; /* all is drawn itself */
+    scene s;
+    begin_damaged(&s, path, &def);
+    vd_frame *frame = NULL;
+    assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frame));
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    vd_impostor_stats stats = {.failed = 0};
+    for (int i = 0; i < 60 * 4; i++) {
+        stats = step(&s, &camera);
+        if (i > 30) {
+            assert_ok(vd_impostors_draw(s.set, NULL, &camera, frame, &stats));
+        }
+    }
+    assert_true(stats.failed > 0);
+    assert_false(vd_impostors_settled(s.set));
+    vd_frame_destroy(&frame);
+    end(&s);
+    (void)unlink(path);
+}
+
 /* Bounds that are empty or infinite are refused where they are made; those of no volume are not,
  * and such a thing is shown as any other. */
 static void bounds_may_be_flat_but_finite(void **state) {
@@ -377,6 +404,7 @@ int main(void) {
         cmocka_unit_test(jumps_are_no_motion),
         cmocka_unit_test(fading_keeps_premultiplied_sums),
         cmocka_unit_test(what_fails_is_skipped),
+        cmocka_unit_test(what_fails_nearby_is_no_failure_of_an_update),
         cmocka_unit_test(bounds_may_be_flat_but_finite),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

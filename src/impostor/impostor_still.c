@@ -6,7 +6,11 @@
  */
 #include <string.h>
 #include "core/core.h"
+#include "image/image.h"
 #include "impostor/impostor_set.h"
+
+/* After so long a still picture that could not be drawn is tried again. */
+#define RETRY_S 2.0
 
 static bool same_camera(const vd_camera *a, const vd_camera *b) {
     const vd_vec3 way = vd_vec3_subtract(a->eye, b->eye);
@@ -14,6 +18,20 @@ static bool same_camera(const vd_camera *a, const vd_camera *b) {
     return vd_vec3_dot(way, way) == 0.0 && p.x == q.x && p.y == q.y && p.z == q.z && p.w == q.w &&
            a->lens.fx == b->lens.fx && a->lens.fy == b->lens.fy && a->lens.cx == b->lens.cx &&
            a->lens.cy == b->lens.cy && a->near_m == b->near_m;
+}
+
+/* What cannot be drawn is no failure of the update: things that are drawn themselves are set aside;
+ * if it is none of these, all of it is tried again later. */
+static vd_status give_up(vd_impostors *set, vd_job *job, const vd_camera *camera,
+                         vd_status because) {
+    const vd_status status = vd_impostors_set_aside(set, job, camera, set->still, because);
+    if (status.code == VD_OK || status.code == VD_ERROR_MEMORY ||
+        status.code == VD_ERROR_CANCELLED) {
+        return status;
+    }
+    set->stats.failed++;
+    set->still_retry_s = set->time_s + RETRY_S;
+    return vd_success();
 }
 
 static vd_status draw_still(vd_impostors *set, vd_job *job, const vd_camera *camera, int width,
@@ -25,6 +43,9 @@ static vd_status draw_still(vd_impostors *set, vd_job *job, const vd_camera *cam
     }
     if (status.code == VD_OK) {
         status = vd_world_renderer_draw(set->renderer, job, camera, set->still, NULL);
+        if (status.code != VD_OK) {
+            return give_up(set, job, camera, status);
+        }
     }
     if (status.code == VD_OK) {
         const size_t bytes = 4 * (size_t)width * (size_t)height;
@@ -48,7 +69,8 @@ vd_status vd_impostors_settle(vd_impostors *set, vd_job *job, const vd_camera *c
     set->has_still = set->has_still && rests;
     const bool whole = set->stats.waiting == 0 && set->missing == 0 && set->sending.count == 0;
     if (!set->def.settle || set->has_still || !rests || !whole || set->def.no_reuse ||
-        set->def.tolerance_px == 0.0 || set->time_s - set->rest_since_s < set->def.rest_s) {
+        set->def.tolerance_px == 0.0 || set->time_s - set->rest_since_s < set->def.rest_s ||
+        set->time_s < set->still_retry_s) {
         return vd_success();
     }
     return draw_still(set, job, camera, width, height);
@@ -60,6 +82,7 @@ bool vd_impostors_copy_still(const vd_impostors *set, const vd_camera *camera, v
         return false;
     }
     const size_t width = (size_t)frame->width;
+    vd_frame_forget_objects(frame);
     for (int y = 0; y < frame->height; y++) {
         const size_t from = (size_t)y * set->still->stride, to = (size_t)y * frame->stride;
         memcpy(frame->rgba + 4 * to, set->still->rgba + 4 * from, 4 * width);
