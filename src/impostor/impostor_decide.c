@@ -453,6 +453,7 @@ static vd_status decide_ground(deciding *d) {
     for (int i = 0; i <= MOST_WALKS && d->status.code == VD_OK; i++) {
         d->any_need = false;
         set->far.count = set->missing = 0;
+        set->stats.error_px = 0.0; /* of the last walk alone: what came before is not shown */
         (void)walk_patch(d, set->ground.count - 1, true);
         need_hiding(d);
         if (!d->any_need || (set->any_near && vd_cells_hold(&set->near, &d->need))) {

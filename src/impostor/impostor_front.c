@@ -168,10 +168,11 @@ static void keep_depth(void *user, int index, int worker) {
     const int end = (index + 1) * MERGED_ROWS, rows = in.y1 - in.y0, width = in.x1 - in.x0;
     (void)worker;
     for (int y = index * MERGED_ROWS; y < end && y < rows; y++) {
-        const float *near = m->from->depth + (size_t)(y * m->from->height / rows) * m->from->stride;
+        const float *near =
+            m->from->depth + ((size_t)y * (size_t)m->from->height / (size_t)rows) * m->from->stride;
         float *depth = m->to->depth + (size_t)(in.y0 + y) * m->to->stride + (size_t)in.x0;
         for (int x = 0; x < width; x++) {
-            const float at = near[x * m->from->width / width];
+            const float at = near[(size_t)x * (size_t)m->from->width / (size_t)width];
             depth[x] = depth[x] < at ? at : depth[x];
         }
     }

@@ -271,13 +271,14 @@ static vd_status draw_sky(vd_impostors *set, vd_job *job, vd_vec3 eye) {
     }
     vd_frame_destroy(&frame);
     set->sky_eye = eye;
+    set->has_sky = status.code == VD_OK;
     return status;
 }
 
 static vd_status renew_sky(vd_impostors *set, vd_job *job, const vd_impostor_view *view) {
     const double way = vd_vec3_length(vd_vec3_subtract(view->camera.eye, set->sky_eye));
-    const bool due = set->extras[0].version == 0 ||
-                     way / SKY_M * view->focal_px > fmax(set->def.tolerance_px, 0.5);
+    const bool due =
+        !set->has_sky || way / SKY_M * view->focal_px > fmax(set->def.tolerance_px, 0.5);
     vd_status status = due ? draw_sky(set, job, view->camera.eye) : vd_success();
     for (int i = 0; i < VD_SKY_SIDES && status.code == VD_OK; i++) {
         status = set->extras[i].delivered ? status : add_extra(set, &set->extras[i]);

@@ -1,7 +1,9 @@
 /* impostor_show.c: impostors on the screen.
  *
- * First the ground and what is drawn itself, with depth; then the pictures, back to front, each
- * hidden where something of the first is nearer than its plane.
+ * First patches of the ground, back to front, without depth; over them what is drawn itself, with
+ * depth; then pictures of objects, back to front, each hidden where something of that is nearer
+ * than its plane. Sky, and ground between patches, come under all of it. A world without patches is
+ * drawn itself first, ground and sky included.
  */
 #include <math.h>
 #include <string.h>
@@ -243,6 +245,7 @@ vd_status vd_impostors_draw_alone(vd_impostors *set, vd_job *job, const vd_camer
     const size_t pixels = frame->stride * (size_t)frame->height;
     const vd_world_part all = {.nodes = set->direct.data, .count = set->direct.count};
     vd_overlay_function *const overlay = set->renderer->def.overlay;
+    set->stats.overdraw = set->stats.show_s = 0.0;
     set->quads.count = 0;
     vd_status status = vd_success();
     if (set->ground.count > 0) {
