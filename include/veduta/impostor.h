@@ -64,8 +64,8 @@ typedef struct vd_impostor_def {
     double link_bytes_per_s; /* a simulated link that pictures come over; 0: none */
     double link_latency_s;   /* from the last byte sent to the picture's being there */
     bool remote;   /* pictures are drawn by another machine, at the far end of the link: an update
-                      does   not wait for them, they come on after as long as drawing them took, and
-                      while   it draws it is asked for no others */
+                      does not wait for them, they come on after as long as drawing them took, and
+                      while it draws it is asked for no others */
     bool no_reuse; /* every update wishes for every picture anew (table 5.4) */
     bool settle; /* while the camera rests and nothing waits, the whole is one picture aligned with
                     the screen, as vd_world_renderer_draw makes it */
@@ -88,7 +88,7 @@ typedef struct vd_impostor_stats {
     uint64_t direct;   /* objects, and patches of the ground without a picture, drawn themselves */
     uint64_t drawn;    /* pictures made by the last update */
     uint64_t waiting;  /* pictures that its budget left for later */
-    uint64_t failed;   /* objects whose drawing failed: skipped, tried again later */
+    uint64_t failed;   /* drawings that failed, all in all: skipped, tried again later */
     uint64_t dropped;  /* pictures given up for memory, all in all */
     uint64_t decided;  /* nodes that the last update looked at */
     uint64_t pictures; /* kept */
@@ -117,8 +117,10 @@ VD_API VD_MUST_USE vd_status vd_impostors_update(vd_impostors *impostors, vd_job
                                                  const vd_camera *camera, int width, int height,
                                                  double time_s, vd_impostor_stats *stats);
 
-/* Shows what the last update decided, from a camera that may have moved on: the ground and what is
- * drawn itself, then impostors back to front, tested against the depth of those. */
+/* Shows what the last update decided, from a camera that may have moved on: patches of the ground,
+ * back to front; what is drawn itself over them; then pictures of objects, back to front, tested
+ * against the depth of that; names and particles last. Returns the errors of drawing; what is drawn
+ * itself and fails is skipped. */
 VD_API VD_MUST_USE vd_status vd_impostors_draw(vd_impostors *impostors, vd_job *job,
                                                const vd_camera *camera, vd_frame *frame,
                                                vd_impostor_stats *stats);
