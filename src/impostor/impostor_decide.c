@@ -441,6 +441,22 @@ static double area_of(const vd_cells *cells) {
     return (double)(cells->c1 - cells->c0 + 1) * (cells->r1 - cells->r0 + 1);
 }
 
+/* Earlier walks wished for patches that now are near ground, or are cut by it. */
+static void forget_hidden_wishes(vd_impostors *set) {
+    vd_impostor_wish *wishes = set->wishes.data;
+    size_t kept = 0;
+    for (size_t i = 0; i < set->wishes.count; i++) {
+        vd_impostor_slot *slot = vd_impostor_slot_at(set, wishes[i].slot);
+        const vd_cells cells = vd_ground_cells(&set->ground, vd_impostor_patch(set, slot->node));
+        if (set->any_near && vd_cells_overlap(&set->near, &cells)) {
+            slot->asked = 0;
+        } else {
+            wishes[kept++] = wishes[i];
+        }
+    }
+    set->wishes.count = kept;
+}
+
 /* Near ground is one rectangle, that grows until it hides and is not hidden by patches. What it was
  * stays while it is not much larger than it has to be. Patches that it cuts are shown by quarters.
  */
@@ -467,6 +483,7 @@ static vd_status decide_ground(deciding *d) {
         set->near = i + 1 < MOST_WALKS ? set->near : set->ground.map;
         set->any_near = true;
     }
+    forget_hidden_wishes(set);
     return d->status;
 }
 

@@ -206,6 +206,7 @@ void vd_impostors_trim(vd_impostors *set) {
         }
         vd_impostor_release(set, &oldest->before);
         vd_impostor_release(set, &oldest->now);
+        set->missing += oldest->used == set->update; /* it would have been shown */
         oldest->split = false;
         set->stats.dropped++;
     }
