@@ -5,7 +5,7 @@ install(TARGETS ${veduta_installed} EXPORT VedutaTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 # geo.h belongs to veduta-io, model_import.h to veduta-model, snapshot.h to veduta-snapshot, text.h to
-# veduta-text, codec.h, server.h and wire.h to veduta-remote: they go where those go.
+# veduta-text, client.h, codec.h, server.h and wire.h to veduta-remote: they go where those go.
 set(veduta_left_out)
 if(NOT VEDUTA_GEO)
     list(APPEND veduta_left_out PATTERN geo.h EXCLUDE)
@@ -20,7 +20,7 @@ if(NOT VEDUTA_TEXT)
     list(APPEND veduta_left_out PATTERN text.h EXCLUDE)
 endif()
 if(NOT VEDUTA_REMOTE)
-    list(APPEND veduta_left_out PATTERN codec.h EXCLUDE PATTERN server.h EXCLUDE PATTERN wire.h EXCLUDE)
+    list(APPEND veduta_left_out PATTERN client.h EXCLUDE PATTERN codec.h EXCLUDE PATTERN server.h EXCLUDE PATTERN wire.h EXCLUDE)
 endif()
 install(DIRECTORY include/veduta DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} ${veduta_left_out})
 

@@ -1,0 +1,123 @@
+/* mirror_draw.c: what is held, into a frame. */
+#include "remote/mirror_internal.h"
+
+#include <string.h>
+
+/* How far before the eye a screen stands that is shown turned: it has no depth. */
+#define SCREEN_M 1000.0
+
+static bool make_room(vd_mirror *m, int count) {
+    if (count <= m->quad_room) {
+        return true;
+    }
+    vd_release(m->context, m->quads);
+    vd_release(m->context, m->drawn);
+    const size_t room = 2 * (size_t)count;
+    m->quads = vd_allocate(m->context, room, sizeof *m->quads);
+    m->drawn = vd_allocate(m->context, room, sizeof *m->drawn);
+    m->quad_room = m->quads != NULL && m->drawn != NULL ? (int)room : 0;
+    return m->quad_room > 0;
+}
+
+/* Adds a quad; one that no camera could show is left out. */
+static int add(vd_mirror *m, int count, vd_kept *kept, const int opaque[4], const vd_camera *camera,
+               const vd_vec3 corners[4]) {
+    vd_quad *quad = &m->quads[count];
+    *quad = (vd_quad){.picture = {.rgba = kept->rgba,
+                                  .width = kept->width,
+                                  .height = kept->height,
+                                  .stride = (size_t)kept->width},
+                      .opacity = 255};
+    memcpy(quad->picture.opaque, opaque, sizeof quad->picture.opaque);
+    if (kept->width < 2 || kept->height < 2 || kept->width > VD_MAX_SIDE ||
+        kept->height > VD_MAX_SIDE || vd_quad_place(quad, camera, corners).code != VD_OK) {
+        return count;
+    }
+    kept->references++;
+    m->drawn[count] = kept;
+    return count + 1;
+}
+
+/* A screen as its camera saw it, from the eye of this one: right where that has turned alone. */
+static int add_screen(vd_mirror *m, const vd_camera *camera) {
+    const vd_mirror_screen *s = &m->screen;
+    const vd_camera *from = s->known ? &s->camera.camera : camera;
+    const double width = s->known ? s->camera.width : s->kept->width;
+    const double height = s->known ? s->camera.height : s->kept->height;
+    const int opaque[4] = {0, 0, s->kept->width, s->kept->height};
+    const vd_lens *lens = &from->lens;
+    vd_vec3 corners[4];
+    for (int i = 0; i < 4; i++) {
+        const double x = i == 1 || i == 2 ? width : 0.0, y = i >= 2 ? height : 0.0;
+        const vd_vec3 ray = vd_vec3_make((x - lens->cx) / lens->fx, (y - lens->cy) / lens->fy, 1.0);
+        corners[i] = vd_vec3_add(camera->eye,
+                                 vd_vec3_scale(vd_quat_rotate(from->orientation, ray), SCREEN_M));
+    }
+    /* Lossy screens are opaque as exact ones are; a promise that only hides what is behind. */
+    return add(m, 0, s->kept, opaque, camera, corners);
+}
+
+/* What is to be drawn, farthest first. */
+static int gather(vd_mirror *m, const vd_camera *camera, bool screen) {
+    if (screen) {
+        return add_screen(m, camera);
+    }
+    int count = 0;
+    for (int i = 0; i < m->order_count; i++) {
+        const vd_held *held = vd_mirror_find(m, m->order[i]);
+        if (held != NULL) {
+            count = add(m, count, held->kept, held->opaque, camera, held->corners);
+        }
+    }
+    return count;
+}
+
+static void copy(const vd_kept *from, vd_frame *to) {
+    for (int y = 0; y < from->height; y++) {
+        memcpy(to->rgba + 4 * to->stride * (size_t)y,
+               from->rgba + 4 * (size_t)from->width * (size_t)y, 4 * (size_t)from->width);
+    }
+}
+
+vd_status vd_mirror_draw(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_frame *frame,
+                         vd_client_shown *shown) {
+    vd_wire_camera view = {.width = frame->width, .height = frame->height};
+    view.camera = *camera;
+    vd_client_shown made = {.quads = 0};
+    vd_kept *whole = NULL;
+    int count = 0;
+    pthread_mutex_lock(&m->lock);
+    const vd_mirror_screen *s = &m->screen;
+    const bool same = s->kept != NULL && s->known && vd_same_view(&s->camera, &view) &&
+                      s->kept->width == frame->width && s->kept->height == frame->height;
+    made.screen = s->kept != NULL && (same || !s->exact || m->order_count == 0);
+    made.exact = same && s->exact;
+    const bool room = make_room(m, m->order_count + 1);
+    if (same) {
+        whole = s->kept;
+        whole->references++;
+    } else if (room) {
+        count = gather(m, camera, made.screen);
+    }
+    pthread_mutex_unlock(&m->lock);
+    vd_status status =
+        room ? vd_success()
+             : vd_failure(VD_ERROR_MEMORY, "not enough memory to draw pictures; free some");
+    if (whole != NULL) {
+        copy(whole, frame);
+    } else if (room) {
+        memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
+        status = vd_display_draw(m->display, job, frame, m->quads, count, NULL);
+    }
+    made.quads = made.screen ? 0 : count;
+    pthread_mutex_lock(&m->lock);
+    vd_mirror_release(m, whole);
+    for (int i = 0; i < count; i++) {
+        vd_mirror_release(m, m->drawn[i]);
+    }
+    pthread_mutex_unlock(&m->lock);
+    if (shown != NULL) {
+        *shown = made;
+    }
+    return status;
+}

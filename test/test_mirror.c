@@ -1,0 +1,482 @@
+/* The client's half of a session: against the server's half, and against servers that do wrong. */
+#include <stdlib.h>
+#include "remote/client_address.h"
+#include "remote/mirror.h"
+#include "remote/session.h"
+#include "world_scenes.h"
+
+typedef struct ends {
+    vd_context *context;
+    vd_heightfield *map;
+    vd_world *world;
+    vd_world_renderer *renderer;
+    vd_session_tools tools;
+    vd_session_def def;
+    vd_session *session; /* null: only what a test says */
+    vd_mirror *mirror;
+    vd_wire *wire; /* of a server that a test plays */
+    vd_wire_buffer buffer;
+    vd_frame *frame, *perfect;
+    double now_s;
+} ends;
+
+static ends e;
+
+static void begin(size_t memory_bytes, bool serve) {
+    const vd_vec3 middle = {0, 0, 0};
+    memset(&e, 0, sizeof e);
+    e.now_s = 100.0;
+    e.context = test_context(2, VD_ISA_AUTO);
+    const vd_client_def def = vd_client_def_default();
+    const vd_mirror_def mirror = {
+        .token = "secret", .memory_bytes = memory_bytes, .settings = def.settings};
+    assert_ok(vd_mirror_create(e.context, &mirror, &e.mirror));
+    assert_ok(vd_wire_create(e.context, &e.wire));
+    assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &e.frame));
+    assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &e.perfect));
+    if (serve) {
+        e.map = hills(e.context, middle);
+        e.world = make_world(e.context, e.map, middle, 200, 3);
+        assert_ok(vd_world_renderer_create(e.context, NULL, e.world, NULL, &e.renderer));
+        assert_ok(vd_session_tools_init(e.context, &e.tools));
+        e.def = vd_session_def_default();
+        e.def.world = e.world;
+        e.def.renderer = e.renderer;
+        e.def.tools = &e.tools;
+        e.def.token = "secret";
+        e.def.budget_s = 1.0;
+        e.def.seed = 1000;
+        assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    }
+    vd_mirror_open(e.mirror, e.now_s);
+}
+
+static void end(void) {
+    vd_mirror_destroy(&e.mirror);
+    vd_session_destroy(&e.session);
+    vd_wire_buffer_release(e.context, &e.buffer);
+    vd_wire_destroy(&e.wire);
+    if (e.renderer != NULL) {
+        vd_session_tools_finish(&e.tools);
+        vd_world_renderer_destroy(&e.renderer);
+        vd_world_destroy(&e.world);
+        vd_heightfield_destroy(e.context, &e.map);
+    }
+    vd_frame_destroy(&e.frame);
+    vd_frame_destroy(&e.perfect);
+    vd_context_destroy(&e.context);
+}
+
+/* So much time passes: both work, and what they say arrives at once. */
+static void pass(double seconds) {
+    for (const double until_s = e.now_s + seconds; e.now_s < until_s; e.now_s += 0.005) {
+        vd_mirror_work(e.mirror, e.now_s);
+        for (vd_packet *p = vd_mirror_take(e.mirror); p != NULL; p = vd_mirror_take(e.mirror)) {
+            if (e.session != NULL) {
+                vd_session_receive(e.session, p->data + VD_PACKET_HEAD, p->bytes, e.now_s);
+            }
+            vd_release(e.context, p);
+        }
+        if (e.session == NULL) {
+            continue;
+        }
+        vd_session_work(e.session, NULL, e.now_s);
+        for (vd_packet *p = vd_session_take(e.session); p != NULL; p = vd_session_take(e.session)) {
+            vd_mirror_receive(e.mirror, p->data + VD_PACKET_HEAD, p->bytes, e.now_s);
+            vd_release(e.context, p);
+        }
+    }
+}
+
+static vd_client_news news(void) {
+    vd_client_news out;
+    vd_mirror_get_news(e.mirror, &out);
+    return out;
+}
+
+/* Draws both and returns the error. */
+static double compare(const vd_camera *camera, vd_client_shown *shown) {
+    assert_ok(vd_mirror_draw(e.mirror, NULL, camera, e.frame, shown));
+    assert_ok(vd_world_renderer_draw(e.renderer, NULL, camera, e.perfect, NULL));
+    return vd_frame_error(e.frame, e.perfect);
+}
+
+static void assert_exact(const vd_camera *camera) {
+    vd_client_shown shown;
+    (void)compare(camera, &shown);
+    assert_true(shown.exact);
+    assert_true(vd_frame_hash(e.frame) == vd_frame_hash(e.perfect));
+}
+
+static void look(const vd_camera *camera) {
+    vd_mirror_look(e.mirror, camera, WIDTH, HEIGHT);
+}
+
+/* ---- with a server ----------------------------------------------------------------------------*/
+
+static void it_shows_the_exact_picture_at_rest(void **state) {
+    (void)state;
+    begin((size_t)64 << 20, true);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    assert_int_equal(news().state, VD_CLIENT_CONNECTING);
+    look(&camera);
+    pass(0.6);
+    assert_int_equal(news().state, VD_CLIENT_SHOWING);
+    assert_exact(&camera);
+    /* Another camera gets quads at once, before anything is said. */
+    camera.eye.x += 3.0;
+    vd_client_shown shown;
+    assert_true(compare(&camera, &shown) < 0.3);
+    assert_true(shown.quads > 10 && !shown.screen);
+    look(&camera);
+    pass(0.6);
+    assert_exact(&camera);
+    /* Nothing is said again of the same view. */
+    const uint64_t cameras = news().cameras;
+    look(&camera);
+    pass(0.2);
+    assert_int_equal(news().cameras, cameras);
+    end();
+}
+
+static void it_follows_a_moving_camera(void **state) {
+    (void)state;
+    begin((size_t)64 << 20, true);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    double sum = 0.0;
+    for (int i = 0; i < 60; i++) {
+        camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(0.3, 0.5, 0.05));
+        camera.orientation = vd_orientation_from_angles(0.1 + 0.004 * i, -0.25, 0.0);
+        look(&camera);
+        pass(1.0 / 60);
+        sum += i >= 20 ? compare(&camera, NULL) : 0.0;
+    }
+    assert_true(sum / 40 < 0.25);
+    assert_true(news().answers > 0 && news().most_held_bytes < (size_t)64 << 20);
+    end();
+}
+
+/* Of the part that both see after a small turn. */
+static int difference(const vd_frame *a, const vd_frame *b) {
+    int sum = 0;
+    for (int y = 8; y < HEIGHT - 8; y++) {
+        for (int x = 12; x < WIDTH - 12; x++) {
+            const size_t at = 4 * (a->stride * (size_t)y + (size_t)x);
+            sum += abs(a->rgba[at] - b->rgba[at]);
+        }
+    }
+    return sum;
+}
+
+static void screens_are_shown_turned(void **state) {
+    (void)state;
+    begin((size_t)64 << 20, true);
+    vd_wire_settings settings = vd_client_def_default().settings;
+    settings.mode = VD_WIRE_MODE_SCREENS;
+    assert_ok(vd_mirror_set(e.mirror, &settings));
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    look(&camera);
+    pass(0.6);
+    assert_exact(&camera);
+    vd_frame *still = NULL;
+    assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &still));
+    assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, still, NULL));
+    camera.orientation = vd_quat_normalize(
+        vd_quat_multiply(camera.orientation, vd_quat_from_axis_angle(vd_vec3_make(0, 1, 0), 0.06)));
+    vd_client_shown shown;
+    (void)compare(&camera, &shown);
+    assert_true(shown.screen && !shown.exact && shown.quads == 0);
+    assert_true(2 * difference(e.frame, e.perfect) < difference(still, e.perfect));
+    assert_int_equal(news().ordered, 0);
+    vd_frame_destroy(&still);
+    settings.tolerance_px = -1.0f;
+    assert_int_equal(vd_mirror_set(e.mirror, &settings).code, VD_ERROR_ARGUMENT);
+    end();
+}
+
+static void it_comes_back_with_what_it_holds(void **state) {
+    (void)state;
+    begin((size_t)64 << 20, true);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    look(&camera);
+    pass(0.6);
+    const vd_client_news before = news();
+    assert_true(before.held > 10);
+    vd_mirror_lose(e.mirror, "the cable fell out");
+    assert_int_equal(news().state, VD_CLIENT_LOST);
+    assert_string_equal(news().sentence, "the cable fell out");
+    assert_exact(&camera); /* it keeps showing */
+    assert_true(vd_mirror_may_open(e.mirror));
+    vd_session *past = e.session;
+    assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    vd_mirror_open(e.mirror, e.now_s);
+    vd_packet *hello = vd_mirror_take(e.mirror);
+    vd_session_receive(e.session, hello->data + VD_PACKET_HEAD, hello->bytes, e.now_s);
+    vd_release(e.context, hello);
+    assert_true(vd_session_wants_past(e.session));
+    assert_true(vd_session_takes_past(e.session, past));
+    vd_session_destroy(&past);
+    pass(0.6);
+    assert_exact(&camera);
+    assert_true(news().pictures - before.pictures < before.pictures / 4 + 16);
+    /* Of a server that was started again it drops all. */
+    vd_mirror_lose(e.mirror, "again");
+    vd_session_destroy(&e.session);
+    e.def.seed = 500000;
+    assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    vd_mirror_open(e.mirror, e.now_s);
+    pass(0.8);
+    assert_exact(&camera);
+    assert_int_equal(news().connections, 3);
+    end();
+}
+
+static void it_stays_within_its_memory(void **state) {
+    (void)state;
+    begin((size_t)4 << 20, true);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    for (int i = 0; i < 60; i++) {
+        camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(3.0, 5.0, 0.1));
+        camera.orientation = vd_orientation_from_angles(0.2 * i, -0.25, 0.0);
+        look(&camera);
+        pass(0.03);
+    }
+    assert_int_equal(news().state, VD_CLIENT_SHOWING);
+    assert_true(news().most_held_bytes <= (size_t)4 << 20);
+    end();
+}
+
+static void a_wrong_token_is_refused(void **state) {
+    (void)state;
+    begin((size_t)64 << 20, true);
+    vd_session_destroy(&e.session);
+    e.def.token = "another";
+    assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    pass(0.05);
+    assert_int_equal(news().state, VD_CLIENT_REFUSED);
+    assert_non_null(strstr(news().sentence, "token"));
+    assert_false(vd_mirror_may_open(e.mirror));
+    vd_mirror_lose(e.mirror, "closed"); /* the reason stays */
+    assert_int_equal(news().state, VD_CLIENT_REFUSED);
+    end();
+}
+
+/* ---- with servers that do wrong ---------------------------------------------------------------*/
+
+static void say(uint32_t batch, const vd_wire_message *message) {
+    assert_ok(vd_wire_encode(e.wire, VD_WIRE_SERVER, batch, message, 1, &e.buffer));
+    vd_mirror_receive(e.mirror, e.buffer.data, e.buffer.bytes, e.now_s);
+}
+
+static void greet(unsigned version) {
+    const vd_wire_message m = {
+        .kind = VD_WIRE_HELLO,
+        .as.hello = {.version = version, .capabilities = VD_CODEC_ALL, .name = "played"}};
+    say(0, &m);
+}
+
+static vd_wire_message picture(uint64_t id, int side, const uint8_t *rgba) {
+    vd_wire_message m = {.kind = VD_WIRE_IMPOSTOR};
+    m.as.impostor = (vd_wire_impostor){.id = id,
+                                       .version = 1,
+                                       .corners = {{-1, 9, 1}, {1, 9, 1}, {1, 9, -1}, {-1, 9, -1}},
+                                       .nearer = 1.0f,
+                                       .width = side,
+                                       .height = side,
+                                       .codec = VD_CODEC_RAW,
+                                       .picture = {rgba, 4 * (size_t)side * (size_t)side}};
+    return m;
+}
+
+/* Ends with a state whose sentence has a part in it. */
+static void expect(vd_client_state wanted, const char *part) {
+    const vd_client_news n = news();
+    if (n.state != wanted || strstr(n.sentence, part) == NULL) {
+        fail_msg("%s: %s", vd_client_state_name(n.state), n.sentence);
+    }
+    assert_true(vd_mirror_is_over(e.mirror));
+    end();
+}
+
+static void start(void) {
+    begin((size_t)4 << 20, false);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    look(&camera);
+    greet(VD_WIRE_VERSION);
+    pass(0.01);
+    assert_int_equal(news().state, VD_CLIENT_LOADING);
+}
+
+static void every_fault_has_a_sentence(void **state) {
+    (void)state;
+    static uint8_t rgba[1024 * 1024 * 4];
+    const uint64_t ids[2] = {1, 2};
+    begin((size_t)4 << 20, false);
+    vd_mirror_receive(e.mirror, "noise", 5, e.now_s);
+    expect(VD_CLIENT_REFUSED, "what it may not");
+    begin((size_t)4 << 20, false);
+    const vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, 2}}};
+    say(0, &order);
+    expect(VD_CLIENT_REFUSED, "first message is a hello");
+    begin((size_t)4 << 20, false);
+    greet(VD_WIRE_VERSION + 1);
+    expect(VD_CLIENT_MISMATCHED, "different versions");
+    start();
+    greet(VD_WIRE_VERSION);
+    expect(VD_CLIENT_REFUSED, "hello is said once");
+    start();
+    const vd_wire_message far_order = {.kind = VD_WIRE_ORDER,
+                                       .as.order = {.camera = 7, .ids = {ids, 2}}};
+    say(1, &far_order);
+    expect(VD_CLIENT_REFUSED, "camera that was not sent");
+    start();
+    say(3, &order);
+    say(3, &order);
+    expect(VD_CLIENT_REFUSED, "batch's number");
+    start();
+    vd_wire_message large = picture(1, 1024, rgba);
+    say(1, &large); /* just fits */
+    assert_int_equal(news().held_bytes, (size_t)4 << 20);
+    say(2, &large); /* in its own place */
+    large.as.impostor.id = 2;
+    say(3, &large);
+    expect(VD_CLIENT_REFUSED, "more memory");
+    start();
+    vd_wire_message damaged = picture(1, 8, rgba);
+    damaged.as.impostor.codec = VD_CODEC_RUNS_ZSTD;
+    damaged.as.impostor.picture.bytes = 9;
+    say(1, &damaged);
+    expect(VD_CLIENT_REFUSED, "what it may not");
+    start();
+    vd_wire_message screen = {.kind = VD_WIRE_SCREEN};
+    screen.as.screen = (vd_wire_screen){.camera = 1,
+                                        .codec = VD_CODEC_RAW,
+                                        .width = 512,
+                                        .height = 512,
+                                        .picture = {rgba, 4 * 512 * 512}};
+    say(1, &screen);
+    expect(VD_CLIENT_REFUSED, "nobody has asked");
+    start();
+    pass(31.0);
+    expect(VD_CLIENT_LOST, "30 s");
+    begin((size_t)4 << 20, false);
+    pass(11.0);
+    expect(VD_CLIENT_LOST, "does not answer");
+}
+
+static void goodbyes_are_told_apart(void **state) {
+    (void)state;
+    static const struct {
+        vd_wire_message message;
+        vd_client_state state;
+        const char *part;
+    } cases[] = {
+        {{.kind = VD_WIRE_BYE, .as.bye = {VD_WIRE_STOPPING, "stops"}}, VD_CLIENT_LOST, "stops"},
+        {{.kind = VD_WIRE_BYE, .as.bye = {VD_WIRE_DONE, ""}}, VD_CLIENT_ENDED, "has ended"},
+        {{.kind = VD_WIRE_ERROR, .as.error = {VD_WIRE_FAULT_FULL, "is full"}},
+         VD_CLIENT_REFUSED,
+         "is full"},
+        {{.kind = VD_WIRE_ERROR, .as.error = {VD_WIRE_FAULT_VERSION, "is old"}},
+         VD_CLIENT_MISMATCHED,
+         "is old"},
+        {{.kind = VD_WIRE_ERROR, .as.error = {VD_WIRE_FAULT_INTERNAL, ""}},
+         VD_CLIENT_LOST,
+         "gave up"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        start();
+        say(0, &cases[i].message);
+        expect(cases[i].state, cases[i].part);
+    }
+}
+
+static void orders_replacements_and_drops(void **state) {
+    (void)state;
+    static uint8_t rgba[8 * 8 * 4];
+    memset(rgba, 255, sizeof rgba);
+    start();
+    for (uint64_t id = 1; id <= 5; id++) {
+        const vd_wire_message m = picture(id, 8, rgba);
+        say((uint32_t)id, &m);
+    }
+    const uint64_t ids[] = {3, 1, 9, 1, 2}, out[] = {1, 3}, in[] = {4, 5}, gone[] = {2, 4, 77};
+    const vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, 5}}},
+                          replace = {.kind = VD_WIRE_REPLACE, .as.replace = {{out, 2}, {in, 2}}},
+                          drop = {.kind = VD_WIRE_DROP, .as.drop = {gone, 3}};
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    camera.eye = vd_vec3_make(0, 0, 0);
+    camera.orientation = vd_orientation_from_angles(0.0, 0.0, 0.0);
+    vd_client_shown shown;
+    say(6, &order);
+    assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, e.frame, &shown));
+    assert_int_equal(shown.quads,
+                     4); /* what is not held is left out, what comes twice is drawn so */
+    assert_int_equal(e.frame->rgba[4 * (e.frame->stride * (HEIGHT / 2) + WIDTH / 2)], 255);
+    say(7, &replace);
+    assert_int_equal(news().ordered, 4);
+    assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, e.frame, &shown));
+    assert_int_equal(shown.quads, 3);
+    say(8, &drop);
+    assert_int_equal(news().held, 3);
+    assert_int_equal(news().held_bytes, 3 * sizeof rgba);
+    assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, e.frame, &shown));
+    assert_int_equal(shown.quads, 1);
+    vd_mirror_leave(e.mirror);
+    assert_true(vd_mirror_is_over(e.mirror));
+    end();
+}
+
+/* ---- addresses --------------------------------------------------------------------------------*/
+
+static void addresses_are_read(void **state) {
+    (void)state;
+    vd_address a;
+    assert_ok(vd_address_read("http://127.0.0.1:8080/#token=5c1b", &a));
+    assert_true(!a.tls && a.port == 8080 && strcmp(a.host, "127.0.0.1") == 0);
+    assert_string_equal(a.token, "5c1b");
+    assert_string_equal(a.path, "/");
+    assert_ok(vd_address_read("https://[::1]/at/here/#token=a-b_c.d~&camera=1,2", &a));
+    assert_true(a.tls && a.port == 443 && strcmp(a.host, "::1") == 0);
+    assert_string_equal(a.path, "/at/here/");
+    assert_string_equal(a.token, "a-b_c.d~");
+    assert_ok(vd_address_read("ws://host", &a));
+    assert_true(a.port == 80 && a.token[0] == '\0');
+    static const char *const wrong[] = {"",
+                                        "host:80",
+                                        "ftp://host/",
+                                        "http://",
+                                        "http://:80/",
+                                        "http://ho st/",
+                                        "http://[::1/",
+                                        "http://host:0/",
+                                        "http://host:99999/",
+                                        "http://host:x/",
+                                        "http://host/page",
+                                        "http://host/a\r\nb/",
+                                        "http://host/#token=",
+                                        "http://host/#token=a b",
+                                        "http://host/#secret"};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        const vd_status status = vd_address_read(wrong[i], &a);
+        assert_int_equal(status.code, VD_ERROR_ARGUMENT);
+        assert_non_null(strstr(status.message, "veduta serve"));
+    }
+    char long_token[400] = "http://host/#token=";
+    memset(long_token + 19, 'a', 300);
+    assert_int_equal(vd_address_read(long_token, &a).code, VD_ERROR_ARGUMENT);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(it_shows_the_exact_picture_at_rest),
+        cmocka_unit_test(it_follows_a_moving_camera),
+        cmocka_unit_test(screens_are_shown_turned),
+        cmocka_unit_test(it_comes_back_with_what_it_holds),
+        cmocka_unit_test(it_stays_within_its_memory),
+        cmocka_unit_test(a_wrong_token_is_refused),
+        cmocka_unit_test(every_fault_has_a_sentence),
+        cmocka_unit_test(goodbyes_are_told_apart),
+        cmocka_unit_test(orders_replacements_and_drops),
+        cmocka_unit_test(addresses_are_read),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
