@@ -26,6 +26,16 @@ vd_status vd_remote_module_open(const char *purpose, vd_remote_module *out) {
         .server_listen = vd_server_listen,
         .server_render = vd_server_render,
         .server_stop = vd_server_stop,
+        .client_def_default = vd_client_def_default,
+        .client_state_name = vd_client_state_name,
+        .client_create = vd_client_create,
+        .client_destroy = vd_client_destroy,
+        .client_look = vd_client_look,
+        .client_set = vd_client_set,
+        .client_cut = vd_client_cut,
+        .client_draw = vd_client_draw,
+        .client_get_news = vd_client_get_news,
+        .client_get_world = vd_client_get_world,
     };
     return vd_success();
 }
@@ -68,6 +78,16 @@ vd_status vd_remote_module_open(const char *purpose, vd_remote_module *out) {
         {"vd_server_listen", &made.server_listen},
         {"vd_server_render", &made.server_render},
         {"vd_server_stop", &made.server_stop},
+        {"vd_client_def_default", &made.client_def_default},
+        {"vd_client_state_name", &made.client_state_name},
+        {"vd_client_create", &made.client_create},
+        {"vd_client_destroy", &made.client_destroy},
+        {"vd_client_look", &made.client_look},
+        {"vd_client_set", &made.client_set},
+        {"vd_client_cut", &made.client_cut},
+        {"vd_client_draw", &made.client_draw},
+        {"vd_client_get_news", &made.client_get_news},
+        {"vd_client_get_world", &made.client_get_world},
     };
     for (size_t i = 0; i < sizeof symbols / sizeof symbols[0]; i++) {
         void *address = dlsym(library, symbols[i].name);

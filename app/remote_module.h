@@ -7,6 +7,7 @@
 #ifndef VEDUTA_APP_REMOTE_MODULE_H
 #define VEDUTA_APP_REMOTE_MODULE_H
 
+#include <veduta/client.h>
 #include <veduta/server.h>
 #include <veduta/wire.h>
 
@@ -32,6 +33,17 @@ typedef struct vd_remote_module {
     vd_status (*server_listen)(vd_server *server);
     vd_status (*server_render)(vd_server *server, vd_job *job);
     void (*server_stop)(vd_server *server);
+    vd_client_def (*client_def_default)(void);
+    const char *(*client_state_name)(vd_client_state state);
+    vd_status (*client_create)(vd_context *context, const vd_client_def *def, vd_client **out);
+    void (*client_destroy)(vd_client **client);
+    void (*client_look)(vd_client *client, const vd_camera *camera, int width, int height);
+    vd_status (*client_set)(vd_client *client, const vd_wire_settings *settings);
+    void (*client_cut)(vd_client *client);
+    vd_status (*client_draw)(vd_client *client, vd_job *job, const vd_camera *camera,
+                             vd_frame *frame, vd_client_shown *shown);
+    void (*client_get_news)(vd_client *client, vd_client_news *out);
+    bool (*client_get_world)(vd_client *client, char *out, size_t room);
 } vd_remote_module;
 
 /* Opens veduta-remote. `purpose` says what it is needed for, such as "measure codecs". Returns

@@ -77,7 +77,12 @@ vd_status vd_render_read_options(int argc, char **argv, vd_options *options,
     if (status.code != VD_OK || *help) {
         return status;
     }
-    status = vd_render_read_files(options, content);
+    return vd_render_read_parsed(options, settings, content);
+}
+
+vd_status vd_render_read_parsed(vd_options *options, vd_render_settings *settings,
+                                vd_world_content *content) {
+    vd_status status = vd_render_read_files(options, content);
     if (status.code == VD_OK) {
         status = vd_render_settings_read(options, settings);
     }

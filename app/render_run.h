@@ -65,6 +65,10 @@ VD_MUST_USE vd_status vd_render_read_options(int argc, char **argv, vd_options *
                                              vd_render_settings *settings,
                                              vd_world_content *content, bool *help);
 
+/* The part of it after the options were parsed. */
+VD_MUST_USE vd_status vd_render_read_parsed(vd_options *options, vd_render_settings *settings,
+                                            vd_world_content *content);
+
 /* The part of it that reads the options and world files among the arguments, the one named by
  * --options and every input that ends in .json, which then is an input no longer; and settles what
  * flags, files and preset say of one thing. */

@@ -9,10 +9,20 @@
 #include "render_run.h"
 #include "window.h"
 
-enum { VIEW_JOIN = OPTION_COUNT, VIEW_FULL_SCREEN, VIEW_BUDGET, VIEW_FRAMES, VIEW_COUNT };
+enum {
+    VIEW_JOIN = OPTION_COUNT,
+    VIEW_FULL_SCREEN,
+    VIEW_BUDGET,
+    VIEW_FRAMES,
+    VIEW_CONNECT,
+    VIEW_INSECURE,
+    VIEW_MEMORY,
+    VIEW_COUNT
+};
 
 #define WINDOW "Window"
 #define IMPOSTORS "Impostors"
+#define SERVER "Server"
 
 static const vd_option own[VIEW_COUNT - OPTION_COUNT] = {
     {.key = "join",
@@ -39,6 +49,24 @@ static const vd_option own[VIEW_COUNT - OPTION_COUNT] = {
      .unit = "pictures",
      .fallback = "0",
      .help = "draw without pause, end after so many and say how long they took; 0: until closed"},
+    {.key = "connect",
+     .group = SERVER,
+     .type = VD_OPTION_TEXT,
+     .argument = "URL",
+     .transient = true,
+     .help = "show the world of a server: the line that `veduta serve` printed, with its token"},
+    {.key = "insecure",
+     .group = SERVER,
+     .type = VD_OPTION_SWITCH,
+     .transient = true,
+     .help = "take any certificate of an https server, such as one that it made itself"},
+    {.key = "memory",
+     .group = SERVER,
+     .type = VD_OPTION_TEXT,
+     .argument = "B",
+     .unit = "bytes, or with ending: 64M",
+     .fallback = "64M",
+     .help = "most that the server's pictures take here"},
 };
 
 /* Options of `veduta render` that say nothing about a window. */
@@ -73,16 +101,19 @@ static void print_help(const vd_option *table) {
             shown[count++] = table[i];
         }
     }
-    fputs("usage: veduta view [OPTIONS] HEIGHTS…|WORLD.json\n\n"
+    fputs("usage: veduta view [OPTIONS] HEIGHTS…|WORLD.json\n"
+          "       veduta view --connect URL\n\n"
           "Opens a window to fly through elevation data or a world: what `veduta render` reads. H\n"
-          "in the window lists its keys.\n",
+          "in the window lists its keys. With --connect the world is a server's (`veduta serve`):\n"
+          "its pictures are shown here.\n",
           stdout);
     vd_options_print_help(shown, count, stdout);
     fputs("\nexamples\n"
           "  veduta view dem.tif\n"
           "  veduta view world.json\n"
           "  veduta view before.tif after.tif --color landsat.tif\n"
-          "  veduta view --join N45E006.hgt N45E007.hgt --sun 90,10\n",
+          "  veduta view --join N45E006.hgt N45E007.hgt --sun 90,10\n"
+          "  veduta view --connect 'http://127.0.0.1:8080/#token=5c1b9e'\n",
           stdout);
 }
 
@@ -126,6 +157,45 @@ static vd_status check(const vd_options *options, const vd_render_settings *sett
     return vd_success();
 }
 
+/* Of a server's world only what the window itself does is asked for here. */
+static vd_status read_connection(vd_options *options, vd_render_settings *settings) {
+    static const int elsewhere[] = {OPTION_FUNCTION, OPTION_OPTIONS, OPTION_IMPOSTORS,
+                                    OPTION_SHOW,     VIEW_JOIN,      VIEW_BUDGET};
+    if (options->input_count > 0) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--connect shows the world of a server; leave out %.200s",
+                          options->inputs[0]);
+    }
+    for (size_t i = 0; i < sizeof elsewhere / sizeof elsewhere[0]; i++) {
+        if (vd_options_given(options, elsewhere[i])) {
+            return vd_failure(VD_ERROR_ARGUMENT,
+                              "--%s does not apply to the world of a server; leave it out",
+                              options->table[elsewhere[i]].key);
+        }
+    }
+    options->world = true; /* there is something to be seen, though no file was named */
+    options->values[OPTION_IMPOSTORS].number = 1.0; /* so --tolerance means something */
+    return vd_render_settings_read(options, settings);
+}
+
+static vd_status read_options(int argc, char **argv, vd_options *options,
+                              vd_render_settings *settings, vd_world_content *content, bool *help) {
+    vd_status status = vd_options_parse(options, argc, argv);
+    *help = status.code == VD_OK && options->values[OPTION_HELP].number != 0.0;
+    if (status.code != VD_OK || *help) {
+        return status;
+    }
+    if (options->values[VIEW_CONNECT].text != NULL) {
+        return read_connection(options, settings);
+    }
+    if (vd_options_given(options, VIEW_INSECURE) || vd_options_given(options, VIEW_MEMORY)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "--insecure and --memory are about a server; add --connect, or leave "
+                          "them out");
+    }
+    return vd_render_read_parsed(options, settings, content);
+}
+
 /* How impostors are shown; the window itself draws the picture of a camera that rests. */
 static vd_status read_impostors(const vd_options *options, const vd_render_settings *settings,
                                 vd_impostor_def *out) {
@@ -144,12 +214,20 @@ static vd_status read_impostors(const vd_options *options, const vd_render_setti
 static vd_status run(vd_options *options, const vd_render_settings *settings,
                      const vd_world_content *content, const vd_impostor_def *impostors) {
     vd_notes notes;
-    vd_status status = vd_render_notes_begin(&notes, settings->quiet, options->note, content);
+    const bool connect = options->values[VIEW_CONNECT].text != NULL;
+    vd_window_remote remote = {.url = options->values[VIEW_CONNECT].text,
+                               .insecure = options->values[VIEW_INSECURE].number != 0.0};
+    vd_status status = vd_option_bytes(options, VIEW_MEMORY, 4194304.0, 1e12, &remote.memory_bytes);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    status = vd_render_notes_begin(&notes, settings->quiet, options->note, content);
     if (status.code != VD_OK) {
         return status;
     }
     const vd_window_def def = {.options = options,
-                               .impostors = settings->impostors ? impostors : NULL,
+                               .impostors = settings->impostors && !connect ? impostors : NULL,
+                               .remote = connect ? &remote : NULL,
                                .settings = *settings,
                                .content = content,
                                .join = joins(options, content),
@@ -172,7 +250,7 @@ int vd_command_view(int argc, char **argv) {
     if (status.code != VD_OK) {
         return vd_report(&status, 1);
     }
-    status = vd_render_read_options(argc, argv, &options, &settings, &content, &help);
+    status = read_options(argc, argv, &options, &settings, &content, &help);
     vd_impostor_def impostors;
     if (status.code == VD_OK && !help) {
         status = read_impostors(&options, &settings, &impostors);
@@ -185,7 +263,7 @@ int vd_command_view(int argc, char **argv) {
         print_help(table);
     } else if (status.code == VD_OK) {
         status = run(&options, &settings, &content, &impostors);
-        code = 1;
+        code = status.code == VD_ERROR_ARGUMENT ? 2 : 1;
     }
     code = status.code == VD_OK ? 0 : vd_report(&status, code);
     vd_world_content_finish(&content);

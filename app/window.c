@@ -159,6 +159,10 @@ static void enter_when_ready(vd_window *w) {
     }
     world->entered = true;
     world->camera = start;
+    if (w->world == 0 && w->def->remote != NULL &&
+        !vd_options_given(w->options, vd_live_option(VD_LIVE_FOV))) {
+        vd_window_set_live(w, VD_LIVE_FOV, start.fov);
+    }
     world->state = (vd_motion_state){.eye = {start.eye.v[0], start.eye.v[1], start.eye.v[2]},
                                      .heading = start.heading,
                                      .pitch = start.pitch};
@@ -176,6 +180,7 @@ void vd_window_enter(vd_window *w, int number) {
              name != NULL                   ? name + 1
              : world->input != NULL         ? world->input
              : w->settings.function != NULL ? w->settings.function
+             : w->def->remote != NULL       ? "a server's world"
                                             : "several files");
     w->sdl.SetWindowTitle(w->handle, title);
     w->motion = vd_motion_start();
@@ -304,6 +309,9 @@ static double wait_seconds(const vd_window *w, const vd_window_news *news) {
     if (w->note[0] != '\0') {
         until = fmin(until, w->note_until_s);
     }
+    if (news->changes && news->scene.state[0] != '\0' && !news->scene.failed) {
+        until = fmin(until, now + 0.25); /* its seconds are counted down */
+    }
     return isinf(until) ? -1.0 : fmax(0.0, until - now);
 }
 
@@ -368,6 +376,10 @@ static vd_status loop(vd_window *w) {
         enter_when_ready(w);
         tick(w);
         vd_window_render_news(w->render, &news);
+        if (news.changes && news.scene.version != w->seen) {
+            w->seen = news.scene.version;
+            vd_window_touch(w);
+        }
         vd_window_update_cards(w, &news);
         vd_window_show(w);
         if (w->def->frames > 0 && news.failing) {
@@ -510,6 +522,7 @@ static vd_status furnish(vd_window *w) {
         const vd_window_render_def render = {.threads = w->settings.threads,
                                              .content = w->def->content,
                                              .impostors = w->def->impostors,
+                                             .remote = w->def->remote,
                                              .period_s = w->period_s,
                                              .wake = wake,
                                              .wake_user = w,

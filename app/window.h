@@ -3,6 +3,7 @@
 #define VEDUTA_APP_WINDOW_H
 
 #include "run.h"
+#include "window_remote.h"
 #include "world_content.h"
 
 typedef struct vd_window_def {
@@ -10,6 +11,7 @@ typedef struct vd_window_def {
     vd_render_settings settings;      /* as they were read */
     const vd_impostor_def *impostors; /* while moving; null: none */
     const vd_world_content *content;  /* what a world file has beside them; null: none */
+    const vd_window_remote *remote;   /* the first world is a server's; null: none is */
     bool join;                        /* all inputs are one world; else each is one */
     bool full_screen;
     int frames; /* end after so many pictures; 0: when the window is closed */

@@ -233,7 +233,8 @@ static void put_impostors(vd_cards *cards, const vd_card_times *t, double y) {
 
 void vd_cards_show_times(vd_cards *cards, const vd_card_times *t) {
     const double width = 2.0 * VD_TIMES_COUNT / 2 + 40, top = 20, graph = 90;
-    if (!begin(cards, VD_CARD_TIMES, width, t->impostors != NULL ? 250 : 210)) {
+    if (!begin(cards, VD_CARD_TIMES, width,
+               t->impostors != NULL || t->remote != NULL ? 250 : 210)) {
         return;
     }
     cards->cards[VD_CARD_TIMES].said[0] = '\0';
@@ -261,6 +262,9 @@ void vd_cards_show_times(vd_cards *cards, const vd_card_times *t) {
     put(cards, 20, top + graph + 79, 9, faint, line);
     if (t->impostors != NULL) {
         put_impostors(cards, t, top + graph + 98);
+    }
+    for (int i = 0; i < 2 && t->remote != NULL; i++) {
+        put(cards, 20, top + graph + 98 + 19 * i, 9, ink, t->remote[i]);
     }
     finish(cards, VD_CARD_TIMES);
 }

@@ -45,6 +45,7 @@ typedef struct vd_card_times {
     double look_s, draw_s, convert_s, show_s, latency_s;
     int width, height, threads;
     const vd_impostor_stats *impostors; /* null: none */
+    const char (*remote)[100];          /* [2] lines about a server's world; null: none */
     bool frozen;
 } vd_card_times;
 

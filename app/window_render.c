@@ -114,6 +114,10 @@ void vd_window_render_news(vd_window_render *render, vd_window_news *out) {
     memcpy(out->failure, w->state == VD_WORLD_FAILED ? w->failure : render->failure,
            sizeof out->failure);
     memcpy(out->shot, render->shot, sizeof out->shot);
+    out->changes = w->state == VD_WORLD_READY && w->scene.news != NULL;
+    if (out->changes) {
+        w->scene.news(w->scene.user, &out->scene);
+    }
     pthread_mutex_unlock(&render->lock);
 }
 
@@ -180,9 +184,14 @@ static void open_world(vd_window_render *render, world *w, const vd_window_reque
     }
     pthread_mutex_unlock(&render->lock);
     vd_window_scene made;
-    vd_status status = vd_window_scene_open(render->context, render->job, &request->settings,
-                                            w == render->worlds ? render->def.content : NULL,
-                                            render->def.impostors, set_stage, render, &made);
+    const bool first = w == render->worlds;
+    vd_status status = first && render->def.remote != NULL
+                           ? vd_window_remote_open(render->context, render->job, render->def.remote,
+                                                   &request->settings, set_stage, render,
+                                                   render->def.wake, render->def.wake_user, &made)
+                           : vd_window_scene_open(render->context, render->job, &request->settings,
+                                                  first ? render->def.content : NULL,
+                                                  render->def.impostors, set_stage, render, &made);
     pthread_mutex_lock(&render->lock);
     w->state = status.code == VD_OK ? VD_WORLD_READY : VD_WORLD_FAILED;
     if (status.code == VD_OK) {
@@ -284,7 +293,9 @@ static void save_shot(vd_window_render *render, const vd_window_request *request
                       const vd_view *view, const char *path) {
     char command[2400], software[40];
     snprintf(software, sizeof software, "veduta %s", vd_version());
-    snprintf(command, sizeof command, "veduta render %s", request->flags);
+    const bool remote = request->world == 0 && render->def.remote != NULL; /* its token is secret */
+    snprintf(command, sizeof command, "veduta %s %s", remote ? "view --connect URL" : "render",
+             request->flags);
     json_t *json = vd_view_json(view);
     char *camera = json != NULL ? json_dumps(json, JSON_COMPACT) : NULL;
     vd_picture_text text[] = {{"Software", software},

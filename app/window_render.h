@@ -14,6 +14,7 @@
 
 #include "window_look.h"
 #include "window_pace.h"
+#include "window_remote.h"
 #include "window_scene.h"
 
 enum { VD_WINDOW_WORLDS = 9, VD_WINDOW_TEXT = 400 };
@@ -61,6 +62,7 @@ typedef struct vd_window_render_def {
     int threads;
     const vd_world_content *content;  /* of the first world; null: nothing beside its terrain */
     const vd_impostor_def *impostors; /* while moving; null: none */
+    const vd_window_remote *remote;   /* the first world is a server's; null: none is */
     double period_s;                  /* of the display */
     void (*wake)(void *user);         /* called by the render thread when there is something new */
     void *wake_user;
@@ -101,6 +103,8 @@ typedef struct vd_window_news {
     bool idle;                 /* the finished picture of the last request is there */
     int shots;                 /* pictures written so far, or failed */
     char shot[VD_WINDOW_TEXT]; /* what became of the last */
+    bool changes;              /* the world does so by itself: */
+    vd_scene_news scene;
 } vd_window_news;
 
 void vd_window_render_news(vd_window_render *render, vd_window_news *out);

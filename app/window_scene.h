@@ -22,6 +22,14 @@ typedef struct vd_window_way {
     bool frozen;           /* impostors stay as they are, whatever the camera does */
 } vd_window_way;
 
+/* Of a scene that changes by itself. */
+typedef struct vd_scene_news {
+    uint64_t version;   /* another one: something new is to be seen */
+    char state[480];    /* a sentence while it is not as it should be; else empty */
+    bool failed;        /* and will not be any more */
+    char lines[2][100]; /* for the frame times */
+} vd_scene_news;
+
 typedef struct vd_window_scene {
     void *user;
 
@@ -40,6 +48,9 @@ typedef struct vd_window_scene {
 
     /* Height of the ground as it is drawn, metres; −infinity where there is none. */
     double (*ground)(void *user, double x, double y);
+
+    /* What has become of it; null: nothing changes by itself. Called as `ground` is. */
+    void (*news)(void *user, vd_scene_news *out);
 
     void (*destroy)(void *user);
 

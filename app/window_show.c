@@ -25,11 +25,15 @@ void vd_window_update_cards(vd_window *w, const vd_window_news *news) {
         vd_cards_show_message(w->cards, sentence, news->progress, false);
     } else if (w->note[0] != '\0') {
         vd_cards_show_message(w->cards, w->note, -1.0, false);
+    } else if (news->changes && news->scene.state[0] != '\0') {
+        vd_cards_show_message(w->cards, news->scene.state, -1.0, news->scene.failed);
     } else if (news->failing) {
         vd_cards_show_message(w->cards, news->failure, -1.0, true);
     } else {
         vd_cards_hide(w->cards, VD_CARD_MESSAGE);
     }
+    w->changes = news->changes;
+    memcpy(w->remote_lines, news->scene.lines, sizeof w->remote_lines);
     if (vd_cards_shown(w->cards, VD_CARD_PANEL)) {
         vd_cards_show_panel(w->cards, w->options, &w->worlds[w->world].defaults, w->sliding);
     }
@@ -51,6 +55,7 @@ static void update_times(vd_window *w, const vd_window_picture *picture) {
                                  .height = picture->height,
                                  .threads = w->threads,
                                  .impostors = picture->by_impostors ? &picture->impostors : NULL,
+                                 .remote = w->changes ? w->remote_lines : NULL,
                                  .frozen = w->frozen};
     vd_cards_show_times(w->cards, &times);
 }

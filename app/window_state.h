@@ -66,6 +66,9 @@ typedef struct vd_window {
     char note[VD_WINDOW_TEXT]; /* a sentence shown for some seconds */
     double note_until_s;
     int shots_seen;
+    uint64_t seen;             /* version of what a scene that changes by itself has shown */
+    char remote_lines[2][100]; /* what is said of it beside the frame times */
+    bool changes;
 
     vd_times frame_times, latencies; /* of moving pictures */
     double shown_s, show_s, latency_s;
