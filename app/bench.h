@@ -42,7 +42,7 @@ typedef struct bench_result {
     double vs_peer;             /* how many times as fast as llvmpipe; NaN where not compared */
     double limited_ms[3];       /* of codecs: a picture over 1, 10, 100 MB/s; 0 elsewhere */
     bool published;             /* somebody else's figure: only median_ms and note hold */
-    char note[64];
+    char note[96];
 } bench_result;
 
 typedef struct bench_run {
@@ -81,17 +81,18 @@ typedef struct bench_camera {
 
 /* What a sweep varies. */
 typedef enum bench_parameter {
-    BENCH_DISTANCE = 0, /* of a classic picture of 10 × 10 pixels, steps growing by 0.005 */
-    BENCH_WIDTH,        /* of one 10 pixels high, distance 10 */
-    BENCH_HEIGHT,       /* of one 10 pixels wide, distance 10 */
-    BENCH_MAP,          /* side of the map under the published scene */
-    BENCH_SHADOW_ROWS,  /* q: rows of a map 128 wide, 32 steps */
-    BENCH_SHADOW_STEPS, /* d_c: steps on a map of 128² */
-    BENCH_QUAD_SIDE,    /* pixels along a quad */
-    BENCH_CODEC_SIDE,   /* pixels along a packed picture */
-    BENCH_GRAIN,        /* the most particles of an object */
-    BENCH_SORT_LENGTH,  /* particles of a list that is sorted; many such lists */
-    BENCH_SHADOW_SUN    /* altitude of the sun over a map of 1024², worst of 8 azimuths */
+    BENCH_DISTANCE = 0,  /* of a classic picture of 10 × 10 pixels, steps growing by 0.005 */
+    BENCH_WIDTH,         /* of one 10 pixels high, distance 10 */
+    BENCH_HEIGHT,        /* of one 10 pixels wide, distance 10 */
+    BENCH_MAP,           /* side of the map under the published scene */
+    BENCH_SHADOW_ROWS,   /* q: rows of a map 128 wide, 32 steps */
+    BENCH_SHADOW_STEPS,  /* d_c: steps on a map of 128² */
+    BENCH_QUAD_SIDE,     /* pixels along a quad */
+    BENCH_CODEC_SIDE,    /* pixels along a packed picture */
+    BENCH_MESSAGE_BYTES, /* of a message over loopback */
+    BENCH_GRAIN,         /* the most particles of an object */
+    BENCH_SORT_LENGTH,   /* particles of a list that is sorted; many such lists */
+    BENCH_SHADOW_SUN     /* altitude of the sun over a map of 1024², worst of 8 azimuths */
 } bench_parameter;
 
 typedef struct bench_sweep {
@@ -132,7 +133,8 @@ bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startu
     bench_raster_tiles, bench_raster_resolve, bench_splat, bench_splat_sort, bench_coverage,
     bench_sweep_classic, bench_sweep_shadow, bench_world, bench_quads, bench_quad_sides,
     bench_codec_tree, bench_codec_building, bench_codec_particles, bench_impostor_decide,
-    bench_impostor_grain, bench_impostor_extremes, bench_impostor_path;
+    bench_impostor_grain, bench_impostor_extremes, bench_impostor_path, bench_remote,
+    bench_remote_answer, bench_remote_clients, bench_remote_messages;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 

@@ -71,6 +71,13 @@ static const bench_sweep shadow_sun = {BENCH_SHADOW_SUN,
                                        7,
                                        {0, 1, 5, 10, 20, 45, 80}};
 
+static const bench_sweep message_bytes = {BENCH_MESSAGE_BYTES,
+                                          "Messages over loopback (Lawlor 2004, figure B.1)",
+                                          "bytes of a message",
+                                          false,
+                                          8,
+                                          {1, 10, 100, 1e3, 1e4, 1e5, 3e5, 1 << 20}};
+
 static const bench_sweep sort_length = {BENCH_SORT_LENGTH,
                                         "Sorting 4 M particles in lists (Lawlor 2004, figure 6.14)",
                                         "particles of a list",
@@ -230,6 +237,14 @@ const bench_case *bench_case_at(int index) {
          .sweep = &codec_side},
         {"codec-particles", "a cloud of particles, the same", bench_codec_particles, 128, 128,
          .sweep = &codec_side},
+        {"remote", "a server's world over slower links: frames of the client, errors", bench_remote,
+         1280, 720, .camera = &glacier, .target_fps = 60},
+        {"remote-answer", "from a camera's message to the first picture after it, loopback",
+         bench_remote_answer, 1280, 720, .camera = &glacier},
+        {"remote-clients", "1, 8, 32 clients of one server: rates and memory", bench_remote_clients,
+         640, 360, .camera = &glacier},
+        {"remote-messages", "messages of 1 B ... 1 MiB over loopback: rate and throughput",
+         bench_remote_messages, .sweep = &message_bytes},
         {"splat-draw", "50 M particles in bricks: blended, added up, nearest", bench_splat,
          .width = 1024, .rows = 1024},
         {"splat-sort", "4 M particles by lists: qsort, merge sort, radix sort", bench_splat_sort,
@@ -275,6 +290,8 @@ const bench_group *bench_group_at(int index) {
         {"impostor", "impostors: deciding, grain, extremes, a flight, and quads",
          "impostor-decide impostor-grain impostor-extremes impostor-path quads quad-sides"},
         {"codec", "pictures packed for the wire", "codec-tree codec-building codec-particles"},
+        {"served", "everything about serving",
+         "remote remote-answer remote-clients remote-messages codec"},
         {"splat", "particles", "splat-draw splat-sort bricks"},
         {"terrain", "everything about terrain",
          "classic lens lens-views shadow function function-endless memory false-sharing counters "

@@ -126,6 +126,23 @@ static void table_list_and_groups(void **state) {
     assert_non_null(strstr(output, "--plot"));
 }
 
+/* A server, its clients and slower links; where veduta-remote cannot be, it is said. */
+static void a_server_is_measured(void **state) {
+    (void)state;
+    const int status = bench("remote remote-answer remote-messages --quick --threads 1 --json - "
+                             "2>bench-remote.txt");
+    if (status != 0) {
+        assert_int_equal(bench("remote --quick 2>&1"), 1);
+        assert_non_null(strstr(output, "without"));
+        return;
+    }
+    assert_int_equal(count("\"case\": \"remote\""), 5);
+    assert_int_equal(count("\"case\": \"remote-messages\""), 3);
+    assert_int_equal(count("messages/s"), 3);
+    assert_int_equal(count("pictures/s"), 5);
+    assert_non_null(strstr(output, "camera to picture"));
+}
+
 /* The files of a cold start are made by the bench itself; the GeoTIFF needs veduta-io. */
 static void cold_makes_its_files(void **state) {
     (void)state;
@@ -306,12 +323,17 @@ static void impostors_have_tables(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(json_has_the_fields),   cmocka_unit_test(the_pictures_are_pinned),
-        cmocka_unit_test(a_file_is_a_map),       cmocka_unit_test(table_list_and_groups),
-        cmocka_unit_test(cold_makes_its_files),  cmocka_unit_test(sweeps_are_plotted),
-        cmocka_unit_test(no_gnuplot_is_told),    cmocka_unit_test(bad_use_is_told),
-        cmocka_unit_test(triangles_have_tables), cmocka_unit_test(codecs_have_tables),
-        cmocka_unit_test(impostors_have_tables),
+        cmocka_unit_test(json_has_the_fields),     cmocka_unit_test(the_pictures_are_pinned),
+        cmocka_unit_test(a_file_is_a_map),         cmocka_unit_test(table_list_and_groups),
+        cmocka_unit_test(cold_makes_its_files),    cmocka_unit_test(sweeps_are_plotted),
+        cmocka_unit_test(no_gnuplot_is_told),      cmocka_unit_test(bad_use_is_told),
+        cmocka_unit_test(triangles_have_tables),   cmocka_unit_test(codecs_have_tables),
+        cmocka_unit_test(impostors_have_tables),   cmocka_unit_test(json_has_the_fields),
+        cmocka_unit_test(the_pictures_are_pinned), cmocka_unit_test(a_file_is_a_map),
+        cmocka_unit_test(table_list_and_groups),   cmocka_unit_test(a_server_is_measured),
+        cmocka_unit_test(cold_makes_its_files),    cmocka_unit_test(sweeps_are_plotted),
+        cmocka_unit_test(no_gnuplot_is_told),      cmocka_unit_test(bad_use_is_told),
+        cmocka_unit_test(triangles_have_tables),   cmocka_unit_test(codecs_have_tables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
