@@ -723,6 +723,8 @@ static void what_cannot_be_shown_is_refused(void **unused) {
         {"--classic", "x=1", "--classic does not apply", 2},
         {"--framez", "1", "did you mean", 2},
         {"--frames", "-1", "--frames", 2},
+        {"--connect", "http://127.0.0.1:1/", "--connect shows the world of a server", 2},
+        {"--memory", "8M", "add --connect", 2},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const bool alone = cases[i].value == NULL;
@@ -821,6 +823,68 @@ static void delete_window(void) {
     close_display(connection);
 }
 
+/* Where nothing can be served a server says so. */
+static pid_t serve(char url[400]) {
+    const pid_t child =
+        spawn((const char *const[]){program, "serve", "-q", "--port", "0", "--cell-size", "75",
+                                    "--size", "640x360", "--haze", "off", world, NULL},
+              "url.txt", "serve-err.txt", -1);
+    url[0] = '\0';
+    for (const double until = now() + 30.0; strchr(url, '\n') == NULL && now() < until;) {
+        rest(0.05);
+        read_back("url.txt", url, 400);
+        read_back("serve-err.txt", output, sizeof output);
+        if (output[0] != '\0') {
+            break;
+        }
+    }
+    url[strcspn(url, "\n")] = '\0';
+    return child;
+}
+
+static void a_servers_world_is_shown(void **unused) {
+    (void)unused;
+    NEEDS_DISPLAY()
+    char url[400], wrong[420], text[1000];
+    const pid_t server = serve(url);
+    if (url[0] == '\0') {
+        (void)finish(server, 10);
+        skip();
+        return;
+    }
+    snprintf(wrong, sizeof wrong, "%sx", url);
+    assert_int_equal(RUN(30, program, "view", "--frames", "2", "--connect", wrong), 1);
+    read_back("run-err.txt", text, sizeof text);
+    assert_non_null(strstr(text, "refused: the token"));
+    assert_int_equal(RUN(30, program, "view", "--frames", "2", "--connect", "no address"), 1);
+    read_back("run-err.txt", text, sizeof text);
+    assert_non_null(strstr(text, "veduta serve"));
+    unlink("veduta-view-0001.png");
+    VIEW("--connect", url);
+    wait_until_ready();
+    rest(4.0); /* the exact picture is there */
+    key("Tab");
+    key("F12");
+    wait_for_file("veduta-view-0001.png");
+    assert_int_equal(RUN(60, program, "render", world, "--cell-size", "75", "--size", "640x360",
+                         "--haze", "off", "-q", "-o", "direct.png"),
+                     0);
+    assert_int_equal(RUN(60, program, "compare", "direct.png", "veduta-view-0001.png"), 0);
+    read_back("run.txt", text, sizeof text);
+    assert_non_null(strstr(text, " 0 of 230400 pixels differ"));
+    /* The token is in no file. */
+    assert_int_equal(RUN(60, program, "info", "veduta-view-0001.png"), 0);
+    read_back("run.txt", text, sizeof text);
+    assert_non_null(strstr(text, "view --connect URL"));
+    key("w");
+    kill(server, SIGTERM);
+    assert_int_equal(finish(server, 20), 0);
+    key("s"); /* it goes on with what it has */
+    rest(0.3);
+    close_viewer();
+    unlink("veduta-view-0001.png");
+}
+
 static void it_ends_cleanly(void **unused) {
     (void)unused;
     NEEDS_DISPLAY();
@@ -868,6 +932,7 @@ int main(void) {
         cmocka_unit_test_teardown(paths_are_recorded, no_viewer),
         cmocka_unit_test_teardown(it_rests_when_nothing_happens, no_viewer),
         cmocka_unit_test_teardown(a_failing_world_is_no_end, no_viewer),
+        cmocka_unit_test_teardown(a_servers_world_is_shown, no_viewer),
         cmocka_unit_test_teardown(it_ends_cleanly, no_viewer),
     };
     return cmocka_run_group_tests(tests, start_display, end_display);

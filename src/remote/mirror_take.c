@@ -55,7 +55,7 @@ void vd_mirror_forget(vd_mirror *m) {
 
 /* Makes room for `count` elements of an array. */
 static bool grow(vd_mirror *m, void **array, int *room, int count, size_t size) {
-    if (count <= *room) {
+    if (*room > 0 && count <= *room) {
         return true;
     }
     const int more = count < 512 ? 1024 : 2 * count;
@@ -199,7 +199,9 @@ static void take_order(vd_mirror *m, const vd_wire_order *order) {
     pthread_mutex_lock(&m->lock);
     const bool room = grow(m, (void **)&m->order, &m->order_room, count, sizeof *m->order);
     if (room) {
-        memcpy(m->order, order->ids.ids, (size_t)count * sizeof *m->order);
+        for (int i = 0; i < count; i++) {
+            m->order[i] = order->ids.ids[i];
+        }
         m->order_count = count;
         if (!m->screen.exact) { /* it stood in until now */
             vd_mirror_release(m, m->screen.kept);
@@ -239,8 +241,9 @@ static void take_replace(vd_mirror *m, const vd_wire_replace *r) {
     for (int i = 0; grown && i <= m->order_count; i++) {
         const bool stops = i < m->order_count && is_among(&r->out, m->order[i]);
         if (!begun && (stops || i == m->order_count)) {
-            memcpy(made + count, r->in.ids, (size_t)r->in.count * sizeof *made);
-            count += r->in.count;
+            for (int k = 0; k < r->in.count; k++) {
+                made[count++] = r->in.ids[k];
+            }
             begun = true;
         }
         if (!stops && i < m->order_count) {
