@@ -131,7 +131,7 @@ static uint64_t settle(vd_client *client, const vd_camera *camera) {
     vd_frame *frame = NULL;
     vd_client_shown shown = {.quads = 0};
     assert_ok(vd_frame_create(context, SIDE_X, SIDE_Y, 0, &frame));
-    for (const double until_s = clock_s() + 30.0; !shown.exact;) {
+    for (const double until_s = clock_s() + 120.0; !shown.exact;) {
         vd_client_look(client, camera, SIDE_X, SIDE_Y);
         assert_ok(vd_client_draw(client, NULL, camera, frame, &shown));
         if (clock_s() > until_s) {
