@@ -323,17 +323,12 @@ static void impostors_have_tables(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(json_has_the_fields),     cmocka_unit_test(the_pictures_are_pinned),
-        cmocka_unit_test(a_file_is_a_map),         cmocka_unit_test(table_list_and_groups),
-        cmocka_unit_test(cold_makes_its_files),    cmocka_unit_test(sweeps_are_plotted),
-        cmocka_unit_test(no_gnuplot_is_told),      cmocka_unit_test(bad_use_is_told),
-        cmocka_unit_test(triangles_have_tables),   cmocka_unit_test(codecs_have_tables),
-        cmocka_unit_test(impostors_have_tables),   cmocka_unit_test(json_has_the_fields),
-        cmocka_unit_test(the_pictures_are_pinned), cmocka_unit_test(a_file_is_a_map),
-        cmocka_unit_test(table_list_and_groups),   cmocka_unit_test(a_server_is_measured),
-        cmocka_unit_test(cold_makes_its_files),    cmocka_unit_test(sweeps_are_plotted),
-        cmocka_unit_test(no_gnuplot_is_told),      cmocka_unit_test(bad_use_is_told),
-        cmocka_unit_test(triangles_have_tables),   cmocka_unit_test(codecs_have_tables),
+        cmocka_unit_test(json_has_the_fields),   cmocka_unit_test(the_pictures_are_pinned),
+        cmocka_unit_test(a_file_is_a_map),       cmocka_unit_test(table_list_and_groups),
+        cmocka_unit_test(cold_makes_its_files),  cmocka_unit_test(sweeps_are_plotted),
+        cmocka_unit_test(no_gnuplot_is_told),    cmocka_unit_test(bad_use_is_told),
+        cmocka_unit_test(triangles_have_tables), cmocka_unit_test(codecs_have_tables),
+        cmocka_unit_test(impostors_have_tables), cmocka_unit_test(a_server_is_measured),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
