@@ -58,7 +58,8 @@ typedef struct vd_impostor_def {
     int samples;          /* a pixel, of the pictures: 1, 4, 8 */
     uint32_t most_direct; /* objects drawn themselves in a frame for want of pictures; others of
                              them are not seen until theirs come. 0: all */
-    int direct_samples;   /* likewise of what is drawn itself while the camera moves */
+    int direct_samples;   /* likewise of what is drawn itself over patches, not of the still picture
+                           */
     size_t budget_pixels; /* of pictures, an update: a budget that is the same on every machine;
                              0: none. One picture is always drawn */
     double link_bytes_per_s; /* a simulated link that pictures come over; 0: none */
