@@ -14,8 +14,9 @@ static void everything_is_shown_once(void **state) {
         uint64_t shown = 0, direct = 0;
         for (int i = 0; i < 150; i++) {
             if (i % 15 == 0) {
-                motion = vd_vec3_make(8 * test_uniform(&random) - 4, 8 * test_uniform(&random) - 4,
-                                      test_uniform(&random) - 0.5);
+                motion.x = 8 * test_uniform(&random) - 4;
+                motion.y = 8 * test_uniform(&random) - 4;
+                motion.z = test_uniform(&random) - 0.5;
             }
             camera.eye = vd_vec3_add(camera.eye, motion);
             camera.orientation = vd_orientation_from_angles(0.1 + 0.01 * i, -0.25, 0.0);
@@ -24,7 +25,7 @@ static void everything_is_shown_once(void **state) {
             direct += stats.direct;
             check_once(&s, &camera);
         }
-        assert_true(shown > 500 && direct > 100);
+    assert_true(shown > 500 && direct > 50);
         end(&s);
     }
 }
