@@ -25,7 +25,7 @@ static void everything_is_shown_once(void **state) {
             direct += stats.direct;
             check_once(&s, &camera);
         }
-    assert_true(shown > 500 && direct > 50);
+        assert_true(shown > 500 && direct > 50);
         end(&s);
     }
 }
