@@ -150,6 +150,24 @@ void vd_frame_destroy(vd_frame **frame) {
     *frame = NULL;
 }
 
+vd_status vd_frame_fit(vd_context *context, int width, int height, unsigned planes,
+                       vd_frame **frame, size_t *pixels) {
+    const size_t wanted = vd_frame_stride(width) * (size_t)height;
+    if (*frame == NULL || wanted > *pixels) {
+        vd_frame_destroy(frame);
+        *pixels = 0;
+        const vd_status status = vd_frame_create(context, width, height, planes, frame);
+        if (status.code != VD_OK) {
+            return status;
+        }
+        *pixels = wanted;
+    }
+    (*frame)->width = width;
+    (*frame)->height = height;
+    (*frame)->stride = vd_frame_stride(width);
+    return vd_success();
+}
+
 uint64_t vd_frame_hash(const vd_frame *frame) {
     XXH64_state_t state;
     XXH64_reset(&state, 0);

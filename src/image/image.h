@@ -22,6 +22,19 @@ VD_MUST_USE vd_status vd_frame_add_object(vd_frame *frame, uint64_t object_id, u
 /* Empties the table, for a new picture whose ids do not hang on those before. */
 void vd_frame_forget_objects(vd_frame *frame);
 
+/* A frame that is drawn in many sizes: *frame gets this one, and is made anew only when that needs
+ * more pixels than any before; what is in it is then anything. *pixels is what it has room for;
+ * begin with null and 0. Returns as vd_frame_create; *frame is then null. */
+VD_MUST_USE vd_status vd_frame_fit(vd_context *context, int width, int height, unsigned planes,
+                                   vd_frame **frame, size_t *pixels);
+
+/* One channel of the premultiplied "over" (Porter & Duff 1984), rounded; `rest` is 255 less the
+ * alpha of what is on top. */
+static inline uint8_t vd_over(uint8_t top, uint8_t under, unsigned rest) {
+    const unsigned product = under * rest + 128u;
+    return (uint8_t)(top + ((product + (product >> 8)) >> 8));
+}
+
 /* Readers of one format each: status as vd_picture_decode. */
 bool vd_png_matches(const void *data, size_t size_bytes);
 VD_MUST_USE vd_status vd_png_decode(vd_context *context, const void *data, size_t size_bytes,

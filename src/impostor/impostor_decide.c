@@ -227,6 +227,12 @@ static void add_wanting(deciding *d, uint32_t index) {
     }
 }
 
+static bool has_picture(const vd_impostors *set, uint32_t index) {
+    const uint32_t known = set->slot_of[index];
+    return known != 0 && (vd_impostor_slot_at(set, known - 1)->now.rgba != NULL ||
+                          vd_impostor_slot_at(set, known - 1)->empty);
+}
+
 /* ---- the tree ---------------------------------------------------------------------------------*/
 
 static bool walk(deciding *d, uint32_t index, bool emit);
@@ -293,8 +299,6 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
         }
         return true;
     }
-    const bool has_picture = known != 0 && (vd_impostor_slot_at(set, known - 1)->now.rgba != NULL ||
-                                            vd_impostor_slot_at(set, known - 1)->empty);
     if (as == PICTURE) {
         double error = 0.0;
         const bool ready = ask(d, index, &error);
@@ -319,7 +323,7 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
         }
         return false;
     }
-    if (has_picture && !was_split) { /* children first have to be ready */
+    if (has_picture(set, index) && !was_split) { /* children first have to be ready */
         const bool ready = walk_children(d, index, false);
         if (!ready) {
             if (emit) {
@@ -341,12 +345,6 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
 static void need(deciding *d, const vd_cells *cells) {
     d->need = d->any_need ? vd_cells_join(&d->need, cells) : *cells;
     d->any_need = true;
-}
-
-static bool has_picture(const vd_impostors *set, uint32_t index) {
-    const uint32_t known = set->slot_of[index];
-    return known != 0 && (vd_impostor_slot_at(set, known - 1)->now.rgba != NULL ||
-                          vd_impostor_slot_at(set, known - 1)->empty);
 }
 
 static bool walk_patch(deciding *d, uint32_t patch, bool emit);

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <string.h>
 #include "core/core.h"
+#include "image/image.h"
 #include "impostor/impostor_set.h"
 #include "terrain/lens_renderer.h"
 
@@ -27,13 +28,12 @@ typedef struct merging {
 
 #define MERGED_ROWS 16
 
-/* Premultiplied over, as quads are: new + round(old·(255 − a) / 255). */
+/* As quads are. */
 static void blend_over(const uint8_t *restrict from, uint8_t *restrict to, int pixels) {
     for (int i = 0; i < pixels; i++) {
         const unsigned rest = 255u - from[4 * i + 3];
         for (int k = 0; k < 4; k++) {
-            const unsigned product = to[4 * i + k] * rest + 128u;
-            to[4 * i + k] = (uint8_t)(from[4 * i + k] + ((product + (product >> 8)) >> 8));
+            to[4 * i + k] = vd_over(from[4 * i + k], to[4 * i + k], rest);
         }
     }
 }
@@ -64,24 +64,6 @@ static void merge_rows(void *user, int index, int worker) {
             blend_over(from, to, width);
         }
     }
-}
-
-static vd_status reserve_front(vd_impostors *set, int width, int height) {
-    const size_t pixels = vd_frame_stride(width) * (size_t)height;
-    if (set->front == NULL || pixels > set->front_pixels) {
-        vd_frame_destroy(&set->front);
-        set->front_pixels = 0;
-        const vd_status status =
-            vd_frame_create(set->context, width, height, VD_PLANE_DEPTH, &set->front);
-        if (status.code != VD_OK) {
-            return status;
-        }
-        set->front_pixels = pixels;
-    }
-    set->front->width = width;
-    set->front->height = height;
-    set->front->stride = vd_frame_stride(width);
-    return vd_success();
 }
 
 /* Where a box is on screen, with a margin for edges: the ends of its edges, cut where they come
@@ -125,7 +107,8 @@ static vd_status draw_part(vd_impostors *set, vd_job *job, const vd_camera *came
                            vd_world_stats *stats) {
     vd_pass pass;
     const int samples = set->renderer->samples;
-    vd_status status = reserve_front(set, width, height);
+    vd_status status =
+        vd_frame_fit(set->context, width, height, VD_PLANE_DEPTH, &set->front, &set->front_pixels);
     if (status.code == VD_OK) {
         status = vd_world_renderer_set_samples(set->renderer, set->def.direct_samples);
     }

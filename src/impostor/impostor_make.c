@@ -2,30 +2,13 @@
 #include <math.h>
 #include <string.h>
 #include "core/core.h"
+#include "image/image.h"
 #include "impostor/impostor_set.h"
 
 #define MOST_SIDE 2048
 
 /* Pixels by which pictures of neighbouring patches overlap, besides what they may be wrong by. */
 #define SKIRT_PX 4.0
-
-/* A frame of at least the size, used up to it. */
-static vd_status reserve_canvas(vd_impostors *set, int width, int height) {
-    const size_t pixels = vd_frame_stride(width) * (size_t)height;
-    if (set->canvas == NULL || pixels > set->canvas_pixels) {
-        vd_frame_destroy(&set->canvas);
-        const vd_status status = vd_frame_create(set->context, width, height, 0, &set->canvas);
-        if (status.code != VD_OK) {
-            set->canvas_pixels = 0;
-            return status;
-        }
-        set->canvas_pixels = pixels;
-    }
-    set->canvas->width = width;
-    set->canvas->height = height;
-    set->canvas->stride = vd_frame_stride(width);
-    return vd_success();
-}
 
 /* Columns and rows of the canvas that anything is on; false when nothing is. */
 static bool find_content(const vd_frame *c, int *x0, int *y0, int *x1, int *y1) {
@@ -186,7 +169,8 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     const double *e = made.plane.extent;
     made.width = side_of(e[2] - e[0], &made.plane, made.focal_px);
     made.height = side_of(e[3] - e[1], &made.plane, made.focal_px);
-    vd_status status = reserve_canvas(set, made.width, made.height);
+    vd_status status =
+        vd_frame_fit(set->context, made.width, made.height, 0, &set->canvas, &set->canvas_pixels);
     if (status.code != VD_OK) {
         return status;
     }

@@ -53,24 +53,10 @@ static void merge_rows(void *user, int index, int worker) {
     }
 }
 
-/* A frame of at least the target's size, used up to it. */
+/* A frame of the target's size. */
 static vd_status reserve_window(vd_terrain_renderer *renderer, const vd_target *target) {
-    vd_frame *window = renderer->window;
-    if (window != NULL &&
-        (size_t)target->height * vd_frame_stride(target->width) <= renderer->window_pixels) {
-        window->width = target->width;
-        window->height = target->height;
-        window->stride = vd_frame_stride(target->width);
-        return vd_success();
-    }
-    vd_frame_destroy(&renderer->window);
-    renderer->window_pixels = 0;
-    vd_status status = vd_frame_create(renderer->context, target->width, target->height,
-                                       VD_PLANE_DEPTH, &renderer->window);
-    if (status.code == VD_OK) {
-        renderer->window_pixels = (size_t)target->height * renderer->window->stride;
-    }
-    return status;
+    return vd_frame_fit(renderer->context, target->width, target->height, VD_PLANE_DEPTH,
+                        &renderer->window, &renderer->window_pixels);
 }
 
 /* Draws one sample of the pixels in some tiles of the target's window, and merges them. */

@@ -1,6 +1,7 @@
 /* terrain_under.c: sky and ground, where a picture that is there already lets them through: the sky
  * over the hills, and ground between pieces of it that do not quite meet. */
 #include "core/core.h"
+#include "image/image.h"
 #include "terrain/lens_renderer.h"
 
 typedef struct under {
@@ -32,7 +33,6 @@ static bool is_opaque(const vd_frame *frame, int tile, int tiles_x) {
     return all == 255;
 }
 
-/* Premultiplied: frame + round(sky·(255 − alpha) / 255). */
 static void blend_tile(void *user, int index, int worker) {
     const under *u = user;
     int x0, y0, x1, y1;
@@ -44,37 +44,22 @@ static void blend_tile(void *user, int index, int worker) {
         for (int x = x0; x < x1; x++) {
             const unsigned rest = 255u - to[4 * x + 3];
             for (int k = 0; k < 4; k++) {
-                const unsigned product = sky[4 * x + k] * rest + 128u;
-                to[4 * x + k] = (uint8_t)(to[4 * x + k] + ((product + (product >> 8)) >> 8));
+                to[4 * x + k] = vd_over(to[4 * x + k], sky[4 * x + k], rest);
             }
         }
     }
-}
-
-static vd_status reserve(vd_terrain_renderer *renderer, const vd_frame *frame, int tiles) {
-    const size_t pixels = vd_frame_stride(frame->width) * (size_t)frame->height;
-    vd_status status = vd_buffer_reserve(renderer->context, &renderer->list, "a picture's tiles",
-                                         (size_t)tiles, sizeof(int));
-    if (status.code == VD_OK && (renderer->window == NULL || pixels > renderer->window_pixels)) {
-        vd_frame_destroy(&renderer->window);
-        renderer->window_pixels = 0;
-        status = vd_frame_create(renderer->context, frame->width, frame->height, VD_PLANE_DEPTH,
-                                 &renderer->window);
-        renderer->window_pixels = status.code == VD_OK ? pixels : 0;
-    }
-    if (status.code == VD_OK) {
-        renderer->window->width = frame->width;
-        renderer->window->height = frame->height;
-        renderer->window->stride = vd_frame_stride(frame->width);
-    }
-    return status;
 }
 
 vd_status vd_terrain_draw_under(vd_terrain_renderer *renderer, vd_job *job, const vd_camera *camera,
                                 bool ground, vd_frame *frame) {
     const int tiles_x = vd_lens_tile_count(frame->width);
     const int tiles = tiles_x * vd_lens_tile_count(frame->height);
-    vd_status status = reserve(renderer, frame, tiles);
+    vd_status status = vd_buffer_reserve(renderer->context, &renderer->list, "a picture's tiles",
+                                         (size_t)tiles, sizeof(int));
+    if (status.code == VD_OK) {
+        status = vd_frame_fit(renderer->context, frame->width, frame->height, VD_PLANE_DEPTH,
+                              &renderer->window, &renderer->window_pixels);
+    }
     if (status.code != VD_OK) {
         return status;
     }

@@ -281,17 +281,9 @@ static void shade_rows(void *user, int index, int worker) {
 static vd_status draw_ground(vd_world_renderer *renderer, vd_job *job, const vd_pass *pass,
                              vd_frame *frame, uint32_t *id) {
     vd_status status = vd_frame_add_object(frame, renderer->ground->def.object_id, id);
-    const size_t pixels = vd_frame_stride(frame->width) * (size_t)frame->height;
-    if (status.code == VD_OK && (renderer->picture == NULL || pixels > renderer->picture_pixels)) {
-        vd_frame_destroy(&renderer->picture);
-        renderer->picture_pixels = pixels;
-        status = vd_frame_create(renderer->context, frame->width, frame->height, VD_PLANE_DEPTH,
-                                 &renderer->picture);
-    }
-    if (status.code == VD_OK) { /* a larger one serves: impostors are drawn in all sizes */
-        renderer->picture->width = frame->width;
-        renderer->picture->height = frame->height;
-        renderer->picture->stride = vd_frame_stride(frame->width);
+    if (status.code == VD_OK) { /* impostors are drawn in all sizes */
+        status = vd_frame_fit(renderer->context, frame->width, frame->height, VD_PLANE_DEPTH,
+                              &renderer->picture, &renderer->picture_pixels);
     }
     if (status.code == VD_OK) {
         status = vd_terrain_renderer_draw(renderer->ground, job, pass->camera, renderer->picture,
