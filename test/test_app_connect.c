@@ -2,7 +2,7 @@
  * coming back; and a soak: clients that wander, drop out and come back.
  *
  * VEDUTA_SOAK_SECONDS says how long the soak takes: 20 without it. */
-#include "app_support.h"
+#include "serve_process.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -22,8 +22,7 @@
 enum { SIDE_X = 240, SIDE_Y = 136, WANDERERS = 8 };
 
 static vd_context *context;
-static pid_t server;
-static int port;
+static serve_process server;
 
 static int setup(void **state) {
     (void)state;
@@ -52,45 +51,9 @@ static void rest(double seconds) {
 
 /* ---- server and clients -----------------------------------------------------------------------*/
 
-static void start(const char *options) {
-    char command[1024], line[512] = "";
-    (void)snprintf(command, sizeof command, "exec '%s/veduta' serve -q %s", VEDUTA_BINARY_DIR,
-                   options);
-    int ends[2];
-    assert_int_equal(pipe(ends), 0);
-    server = fork();
-    assert_true(server >= 0);
-    if (server == 0) {
-        const int errors = open("server.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600);
-        (void)dup2(ends[1], 1);
-        (void)dup2(errors, 2);
-        (void)close(ends[0]);
-        (void)close(ends[1]);
-        execl("/bin/sh", "sh", "-c", command, (char *)NULL);
-        _exit(127);
-    }
-    (void)close(ends[1]);
-    FILE *from = fdopen(ends[0], "r");
-    if (fgets(line, sizeof line, from) == NULL) {
-        read_back("server.txt", err, sizeof err);
-        fail_msg("no address: %s", err);
-    }
-    (void)fclose(from);
-    port = atoi(strrchr(line, ':') + 1);
-}
-
-static int stop(int signal_number) {
-    int status = 0;
-    assert_int_equal(kill(server, signal_number), 0);
-    for (int i = 0; i < 1000 && waitpid(server, &status, WNOHANG) == 0; i++) {
-        rest(0.01);
-    }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 static vd_client *join(const char *scheme, const char *token, bool insecure) {
     char url[200];
-    (void)snprintf(url, sizeof url, "%s://127.0.0.1:%d/#token=%s", scheme, port, token);
+    (void)snprintf(url, sizeof url, "%s://127.0.0.1:%d/#token=%s", scheme, server.port, token);
     vd_client_def def = vd_client_def_default();
     def.url = url;
     def.insecure = insecure;
@@ -150,7 +113,7 @@ static uint64_t settle(vd_client *client, const vd_camera *camera) {
 static void it_shows_what_render_draws(void **state) {
     (void)state;
     char world[65536];
-    start("--port 0 " WORLD);
+    serve_start(&server, "--port 0 " WORLD);
     vd_client *client = join("http", "secret", false), *other = join("ws", "secret", false);
     const vd_camera camera = camera_of(0.0, 0.1), there = camera_of(3000.0, 0.4);
     const uint64_t hash = settle(client, &camera);
@@ -168,15 +131,15 @@ static void it_shows_what_render_draws(void **state) {
     assert_true(news_of(client).retry_s <= 15.0);
     expect(client, VD_CLIENT_SHOWING, "");
     char options[300];
-    (void)snprintf(options, sizeof options, "--port %d " WORLD, port);
-    (void)stop(SIGKILL);
+    (void)snprintf(options, sizeof options, "--port %d " WORLD, server.port);
+    (void)serve_stop(&server, SIGKILL);
     expect(client, VD_CLIENT_LOST, "");
-    start(options);
+    serve_start(&server, options);
     expect(client, VD_CLIENT_SHOWING, "");
     assert_true(settle(client, &there) != hash);
     assert_true(settle(client, &camera) == hash);
     assert_true(news_of(client).connections >= 3);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
     expect(client, VD_CLIENT_LOST, "");
     vd_client_destroy(&client);
     vd_client_destroy(&other);
@@ -184,7 +147,7 @@ static void it_shows_what_render_draws(void **state) {
 
 static void refusals_say_why(void **state) {
     (void)state;
-    start("--port 0 --max-clients 1 " WORLD);
+    serve_start(&server, "--port 0 --max-clients 1 " WORLD);
     vd_client *client = join("http", "wrong", false);
     expect(client, VD_CLIENT_REFUSED, "token");
     vd_client_destroy(&client);
@@ -194,7 +157,7 @@ static void refusals_say_why(void **state) {
     expect(second, VD_CLIENT_REFUSED, "as many clients");
     vd_client_destroy(&second);
     vd_client_destroy(&client);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
     client = join("http", "secret", false);
     expect(client, VD_CLIENT_LOST, "is it serving");
     vd_client_destroy(&client);
@@ -211,7 +174,7 @@ static void tls_wants_a_certificate_that_is_trusted(void **state) {
                "-keyout key.pem -out cert.pem -days 2 -subj /CN=localhost 2>/dev/null") != 0) {
         skip();
     }
-    start("--port 0 --tls cert.pem --tls-key key.pem " WORLD);
+    serve_start(&server, "--port 0 --tls cert.pem --tls-key key.pem " WORLD);
     vd_client *client = join("https", "secret", false);
     expect(client, VD_CLIENT_LOST, "cannot reach");
     vd_client_destroy(&client);
@@ -219,7 +182,7 @@ static void tls_wants_a_certificate_that_is_trusted(void **state) {
     const vd_camera camera = camera_of(0.0, 0.1);
     (void)settle(client, &camera);
     vd_client_destroy(&client);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
 }
 
 /* ---- soak -------------------------------------------------------------------------------------*/
@@ -227,7 +190,7 @@ static void tls_wants_a_certificate_that_is_trusted(void **state) {
 static long resident_kib(void) {
     char path[64], line[200];
     long kib = 0;
-    (void)snprintf(path, sizeof path, "/proc/%d/status", (int)server);
+    (void)snprintf(path, sizeof path, "/proc/%d/status", (int)server.id);
     FILE *file = fopen(path, "r");
     while (file != NULL && fgets(line, sizeof line, file) != NULL) {
         kib = strncmp(line, "VmRSS:", 6) == 0 ? atol(line + 6) : kib;
@@ -294,9 +257,9 @@ static void wanderers_leave_nothing_behind(void **state) {
     const double seconds = wanted != NULL                          ? atof(wanted)
                            : getenv("VEDUTA_TEST_REDUCED") != NULL ? 6.0
                                                                    : 20.0;
-    start("--port 0 --memory 8M --max-clients 64 " WORLD);
+    serve_start(&server, "--port 0 --memory 8M --max-clients 64 " WORLD);
     rest(0.2);
-    const int fds = descriptors(server), own = descriptors(getpid());
+    const int fds = descriptors(server.id), own = descriptors(getpid());
     wanderer w[WANDERERS];
     vd_frame *frame = NULL;
     assert_ok(vd_frame_create(context, SIDE_X, SIDE_Y, 0, &frame));
@@ -318,13 +281,13 @@ static void wanderers_leave_nothing_behind(void **state) {
         assert_true(news.last.error_px <= 1.01); /* nothing is older than it may be */
         vd_client_destroy(&w[i].client);
     }
-    for (int i = 0; i < 500 && descriptors(server) > fds; i++) {
+    for (int i = 0; i < 500 && descriptors(server.id) > fds; i++) {
         rest(0.02);
     }
-    assert_true(descriptors(server) <= fds);
+    assert_true(descriptors(server.id) <= fds);
     assert_true(descriptors(getpid()) <= own);
     vd_frame_destroy(&frame);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
 }
 
 int main(void) {

@@ -1,5 +1,5 @@
 /* test_app_serve.c: `veduta serve` from outside: a real server, real clients, curl. */
-#include "app_support.h"
+#include "serve_process.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
@@ -16,9 +16,7 @@
 enum { SIDE_X = 240, SIDE_Y = 136 };
 
 static vd_context *context;
-static pid_t server;
-static int port;
-static char token[300];
+static serve_process server;
 
 static int setup(void **state) {
     (void)state;
@@ -37,53 +35,13 @@ static int teardown(void **state) {
 
 /* ---- the server -------------------------------------------------------------------------------*/
 
-static void start(const char *options) {
-    char command[1024], line[512] = "";
-    (void)snprintf(command, sizeof command, "exec '%s/veduta' serve -q %s", VEDUTA_BINARY_DIR,
-                   options);
-    int ends[2];
-    assert_int_equal(pipe(ends), 0);
-    server = fork();
-    assert_true(server >= 0);
-    if (server == 0) {
-        const int errors = open("server.txt", O_WRONLY | O_CREAT | O_TRUNC, 0600);
-        (void)dup2(ends[1], 1);
-        (void)dup2(errors, 2);
-        (void)close(ends[0]);
-        (void)close(ends[1]);
-        execl("/bin/sh", "sh", "-c", command, (char *)NULL);
-        _exit(127);
-    }
-    (void)close(ends[1]);
-    FILE *from = fdopen(ends[0], "r");
-    if (fgets(line, sizeof line, from) == NULL) {
-        read_back("server.txt", err, sizeof err);
-        fail_msg("no address: %s", err);
-    }
-    (void)fclose(from);
-    const char *colon = strrchr(line, ':'), *hash = strstr(line, "/#token=");
-    assert_non_null(hash);
-    port = atoi(colon + 1);
-    assert_int_equal(sscanf(hash, "/#token=%299s", token), 1);
-}
-
-/* Ends it by a signal; returns its exit status. */
-static int stop(int signal_number) {
-    int status = 0;
-    assert_int_equal(kill(server, signal_number), 0);
-    for (int i = 0; i < 1000 && waitpid(server, &status, WNOHANG) == 0; i++) {
-        nanosleep(&(struct timespec){0, 10000000}, NULL);
-    }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 /* What curl says of a path, into got.txt; returns the HTTP status. */
 static int get(const char *scheme, const char *path, const char *options) {
     char command[1024], number[16];
     (void)snprintf(command, sizeof command,
                    "curl -sk --max-time 60 -o got.txt -w '%%{http_code}' %s "
                    "'%s://127.0.0.1:%d%s' >code.txt",
-                   options, scheme, port, path);
+                   options, scheme, server.port, path);
     (void)system(command);
     read_back("code.txt", number, sizeof number);
     return atoi(number);
@@ -91,7 +49,7 @@ static int get(const char *scheme, const char *path, const char *options) {
 
 static int get_with_token(const char *path) {
     char option[400];
-    (void)snprintf(option, sizeof option, "-H 'Authorization: Bearer %s'", token);
+    (void)snprintf(option, sizeof option, "-H 'Authorization: Bearer %s'", server.token);
     return get("http", path, option);
 }
 
@@ -129,9 +87,9 @@ static vd_camera first_camera(void) {
 /* ---- clients ----------------------------------------------------------------------------------*/
 
 static void greet(connection *c, bool tls) {
-    connection_open(c, context, port, tls, "/socket", "veduta");
+    connection_open(c, context, server.port, tls, "/socket", "veduta");
     assert_true(c->open);
-    const vd_wire_message m = client_hello(token);
+    const vd_wire_message m = client_hello(server.token);
     connection_say(c, &m);
 }
 
@@ -186,8 +144,8 @@ static void says_pong(connection *c) {
 static void test_http(void **state) {
     (void)state;
     static char text[8192];
-    start("--port 0 " WORLD);
-    assert_int_equal(strlen(token), 32);
+    serve_start(&server, "--port 0 " WORLD);
+    assert_int_equal(strlen(server.token), 32);
     assert_int_equal(get("http", "/health", ""), 200);
     read_back("got.txt", text, sizeof text);
     assert_non_null(strstr(text, "\"status\": \"ok\""));
@@ -221,7 +179,7 @@ static void test_http(void **state) {
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         assert_int_equal(get_with_token(bad[i]), 400);
     }
-    assert_int_equal(stop(SIGINT), 0);
+    assert_int_equal(serve_stop(&server, SIGINT), 0);
 }
 
 static void same_picture(const char *path) {
@@ -238,15 +196,15 @@ static void same_picture(const char *path) {
 
 static void test_frames(void **state) {
     (void)state;
-    start("--port 0 --token a.b-c_d~1 " WORLD);
-    assert_string_equal(token, "a.b-c_d~1");
+    serve_start(&server, "--port 0 --token a.b-c_d~1 " WORLD);
+    assert_string_equal(server.token, "a.b-c_d~1");
     assert_int_equal(run("", "render -q -o render.png " WORLD), 0);
     same_picture("/frame.png?size=240x136");
     assert_int_equal(run("", "render -q -o render.png --eye 20000,15000,6000 --heading 200 --pitch "
                              "-12 --fov 60 " WORLD),
                      0);
     same_picture("/frame.png?size=240x136&camera=20000,15000,6000,200,-12,60");
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
 }
 
 /* ---- the socket -------------------------------------------------------------------------------*/
@@ -265,7 +223,7 @@ static void assert_rendered(connection *c) {
 static void test_settles(void **state) {
     (void)state;
     connection c, other;
-    start("--port 0 " WORLD);
+    serve_start(&server, "--port 0 " WORLD);
     vd_camera camera = first_camera();
     greet(&c, false);
     greet(&other, false);
@@ -292,19 +250,19 @@ static void test_settles(void **state) {
     vd_frame_destroy(&frame);
     connection_close(&other);
     /* Told when the server stops. */
-    assert_int_equal(kill(server, SIGTERM), 0);
+    assert_int_equal(kill(server.id, SIGTERM), 0);
     expect_fault(&c, 0);
     assert_int_equal(c.client.bye, VD_WIRE_STOPPING);
     connection_close(&c);
     int status = 0;
-    assert_int_equal(waitpid(server, &status, 0), server);
+    assert_int_equal(waitpid(server.id, &status, 0), server.id);
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
 static void test_screens(void **state) {
     (void)state;
     connection c;
-    start("--port 0 " WORLD);
+    serve_start(&server, "--port 0 " WORLD);
     const vd_camera camera = first_camera();
     greet(&c, false);
     const vd_wire_message m = {.kind = VD_WIRE_SETTINGS,
@@ -315,7 +273,7 @@ static void test_screens(void **state) {
     assert_true(c.client.screens >= 2 && c.client.orders == 0);
     assert_rendered(&c);
     connection_close(&c);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
 }
 
 /* The server is killed and started again; the client comes back with what it has. */
@@ -326,10 +284,10 @@ static void come_back(connection *c, connection *again) {
         ids[i] = c->client.items[i].id;
         versions[i] = c->client.items[i].version;
     }
-    vd_wire_message m = client_hello(token);
+    vd_wire_message m = client_hello(server.token);
     m.as.hello.held = (vd_wire_ids){ids, c->client.count};
     m.as.hello.held_versions = versions;
-    connection_open(again, context, port, false, "/socket", "veduta");
+    connection_open(again, context, server.port, false, "/socket", "veduta");
     assert_true(again->open);
     /* The pictures move over. */
     memcpy(again->client.items, c->client.items, (size_t)c->client.count * sizeof(held));
@@ -343,7 +301,7 @@ static void test_comes_back(void **state) {
     (void)state;
     connection first, second, third;
     char options[512];
-    start("--port 0 --token again " WORLD);
+    serve_start(&server, "--port 0 --token again " WORLD);
     const vd_camera camera = first_camera();
     greet(&first, false);
     look(&first, &camera);
@@ -358,10 +316,10 @@ static void test_comes_back(void **state) {
     assert_true(second.client.count >= kept / 2);
     assert_rendered(&second);
     /* The server breaks. */
-    (void)stop(SIGKILL);
+    (void)serve_stop(&server, SIGKILL);
     expect_fault(&second, 0);
-    (void)snprintf(options, sizeof options, "--port %d --token again " WORLD, port);
-    start(options);
+    (void)snprintf(options, sizeof options, "--port %d --token again " WORLD, server.port);
+    serve_start(&server, options);
     const int held_before = second.client.count;
     come_back(&second, &third);
     connection_close(&second);
@@ -370,7 +328,7 @@ static void test_comes_back(void **state) {
     assert_int_equal(third.client.drops, held_before);
     assert_rendered(&third);
     connection_close(&third);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
 }
 
 static void test_tls(void **state) {
@@ -380,14 +338,14 @@ static void test_tls(void **state) {
                "key.pem -out cert.pem >/dev/null 2>&1") != 0) {
         skip();
     }
-    start("--port 0 --tls cert.pem --tls-key key.pem " WORLD);
+    serve_start(&server, "--port 0 --tls cert.pem --tls-key key.pem " WORLD);
     assert_int_equal(get("https", "/health", "--tls-max 1.3"), 200);
     assert_int_equal(get("https", "/health", "--tls-max 1.1"), 0);
     assert_int_equal(get("http", "/health", ""), 0);
     greet(&c, true);
     says_pong(&c);
     connection_close(&c);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
     assert_int_equal(run("", "serve --port 0 --tls key.pem " WORLD), 1);
     assert_non_null(strstr(err, "certificate"));
 }
@@ -397,20 +355,20 @@ static void test_tls(void **state) {
 static void test_refused(void **state) {
     (void)state;
     connection c, good, more[2];
-    start("--port 0 --max-clients 3 " WORLD);
+    serve_start(&server, "--port 0 --max-clients 3 " WORLD);
     greet(&good, false);
     says_pong(&good);
     /* Other paths and protocols are no socket. */
-    connection_open(&c, context, port, false, "/other", "veduta");
+    connection_open(&c, context, server.port, false, "/other", "veduta");
     assert_false(c.open);
     connection_close(&c);
-    connection_open(&c, context, port, false, "/socket", "chat");
+    connection_open(&c, context, server.port, false, "/socket", "chat");
     assert_false(c.open);
     connection_close(&c);
     /* Tokens. */
     static const char *const tokens[] = {"", "0", "00000000000000000000000000000000"};
     for (int i = 0; i < 3; i++) {
-        connection_open(&c, context, port, false, "/socket", "veduta");
+        connection_open(&c, context, server.port, false, "/socket", "veduta");
         const vd_wire_message m = client_hello(tokens[i]);
         connection_say(&c, &m);
         expect_fault(&c, VD_WIRE_FAULT_TOKEN);
@@ -423,9 +381,9 @@ static void test_refused(void **state) {
         for (size_t i = 0; i < sizeof noise; i++) {
             noise[i] = (uint8_t)(256 * test_uniform(&random));
         }
-        connection_open(&c, context, port, false, "/socket", "veduta");
+        connection_open(&c, context, server.port, false, "/socket", "veduta");
         if (round % 2 == 1) {
-            const vd_wire_message m = client_hello(token);
+            const vd_wire_message m = client_hello(server.token);
             connection_say(&c, &m);
         }
         connection_send(&c, noise, sizeof noise);
@@ -470,12 +428,12 @@ static void test_refused(void **state) {
     settle(&good);
     assert_rendered(&good);
     connection_close(&good);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
 }
 
 static int dial(void) {
     const struct sockaddr_in to = {.sin_family = AF_INET,
-                                   .sin_port = htons((uint16_t)port),
+                                   .sin_port = htons((uint16_t)server.port),
                                    .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     const int made = socket(AF_INET, SOCK_STREAM, 0);
     assert_true(made >= 0);
@@ -489,7 +447,7 @@ static void test_loris(void **state) {
     enum { MANY = 300 };
     int idle[MANY];
     connection good;
-    start("--port 0 --max-clients 4 " WORLD);
+    serve_start(&server, "--port 0 --max-clients 4 " WORLD);
     greet(&good, false);
     for (int i = 0; i < MANY; i++) {
         idle[i] = dial();
@@ -515,7 +473,7 @@ static void test_loris(void **state) {
     says_pong(&good);
     assert_int_equal(get("http", "/health", ""), 200);
     connection_close(&good);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
 }
 
 /* ---- bad use ----------------------------------------------------------------------------------*/
@@ -545,11 +503,11 @@ static void test_bad_use(void **state) {
     fails(1, "nowhere", "--port 0 --root nowhere " WORLD);
     fails(1, "cannot read", "--port 0 none.tif");
     /* A port that is taken. */
-    start("--port 0 " WORLD);
+    serve_start(&server, "--port 0 " WORLD);
     char options[256];
-    (void)snprintf(options, sizeof options, "--port %d " WORLD, port);
+    (void)snprintf(options, sizeof options, "--port %d " WORLD, server.port);
     fails(1, "cannot listen", options);
-    assert_int_equal(stop(SIGINT), 0);
+    assert_int_equal(serve_stop(&server, SIGINT), 0);
     assert_int_equal(run("", "serve --help"), 0);
     assert_non_null(strstr(out, "usage: veduta serve"));
 }
@@ -564,7 +522,7 @@ static void test_root(void **state) {
     write_file("page/.secret", "hidden");
     (void)unlink("page/link");
     assert_int_equal(symlink("/etc/passwd", "page/link"), 0);
-    start("--port 0 --root page " WORLD);
+    serve_start(&server, "--port 0 --root page " WORLD);
     assert_int_equal(get("http", "/", ""), 200);
     read_back("got.txt", text, sizeof text);
     assert_string_equal(text, "<p>the page</p>");
@@ -575,7 +533,7 @@ static void test_root(void **state) {
     assert_int_equal(get("http", "/.secret", ""), 404);
     assert_int_equal(get("http", "/link", ""), 404);
     assert_int_equal(get("http", "/inner/../.secret", "--path-as-is"), 404);
-    assert_int_equal(stop(SIGTERM), 0);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
 }
 
 static void test_replay(void **state) {

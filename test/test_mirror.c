@@ -2,16 +2,11 @@
 #include <stdlib.h>
 #include "remote/client_address.h"
 #include "remote/mirror.h"
-#include "remote/session.h"
-#include "world_scenes.h"
+#include "session_scene.h"
 
 typedef struct ends {
     vd_context *context;
-    vd_heightfield *map;
-    vd_world *world;
-    vd_world_renderer *renderer;
-    vd_session_tools tools;
-    vd_session_def def;
+    session_scene scene;
     vd_session *session; /* null: only what a test says */
     vd_mirror *mirror;
     vd_wire *wire; /* of a server that a test plays */
@@ -23,7 +18,6 @@ typedef struct ends {
 static ends e;
 
 static void begin(size_t memory_bytes, bool serve) {
-    const vd_vec3 middle = {0, 0, 0};
     memset(&e, 0, sizeof e);
     e.now_s = 100.0;
     e.context = test_context(2, VD_ISA_AUTO);
@@ -35,18 +29,9 @@ static void begin(size_t memory_bytes, bool serve) {
     assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &e.frame));
     assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &e.perfect));
     if (serve) {
-        e.map = hills(e.context, middle);
-        e.world = make_world(e.context, e.map, middle, 200, 3);
-        assert_ok(vd_world_renderer_create(e.context, NULL, e.world, NULL, &e.renderer));
-        assert_ok(vd_session_tools_init(e.context, &e.tools));
-        e.def = vd_session_def_default();
-        e.def.world = e.world;
-        e.def.renderer = e.renderer;
-        e.def.tools = &e.tools;
-        e.def.token = "secret";
-        e.def.budget_s = 1.0;
-        e.def.seed = 1000;
-        assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+        scene_begin(&e.scene, e.context, "secret");
+        e.scene.def.seed = 1000;
+        assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
     }
     vd_mirror_open(e.mirror, e.now_s);
 }
@@ -56,11 +41,8 @@ static void end(void) {
     vd_session_destroy(&e.session);
     vd_wire_buffer_release(e.context, &e.buffer);
     vd_wire_destroy(&e.wire);
-    if (e.renderer != NULL) {
-        vd_session_tools_finish(&e.tools);
-        vd_world_renderer_destroy(&e.renderer);
-        vd_world_destroy(&e.world);
-        vd_heightfield_destroy(e.context, &e.map);
+    if (e.scene.renderer != NULL) {
+        scene_end(&e.scene, e.context);
     }
     vd_frame_destroy(&e.frame);
     vd_frame_destroy(&e.perfect);
@@ -97,7 +79,7 @@ static vd_client_news news(void) {
 /* Draws both and returns the error. */
 static double compare(const vd_camera *camera, vd_client_shown *shown) {
     assert_ok(vd_mirror_draw(e.mirror, NULL, camera, e.frame, shown));
-    assert_ok(vd_world_renderer_draw(e.renderer, NULL, camera, e.perfect, NULL));
+    assert_ok(vd_world_renderer_draw(e.scene.renderer, NULL, camera, e.perfect, NULL));
     return vd_frame_error(e.frame, e.perfect);
 }
 
@@ -208,7 +190,7 @@ static void it_comes_back_with_what_it_holds(void **state) {
     assert_exact(&camera); /* it keeps showing */
     assert_true(vd_mirror_may_open(e.mirror));
     vd_session *past = e.session;
-    assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
     vd_mirror_open(e.mirror, e.now_s);
     vd_packet *hello = vd_mirror_take(e.mirror);
     vd_session_receive(e.session, hello->data + VD_PACKET_HEAD, hello->bytes, e.now_s);
@@ -222,8 +204,8 @@ static void it_comes_back_with_what_it_holds(void **state) {
     /* Of a server that was started again it drops all. */
     vd_mirror_lose(e.mirror, "again");
     vd_session_destroy(&e.session);
-    e.def.seed = 500000;
-    assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    e.scene.def.seed = 500000;
+    assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
     vd_mirror_open(e.mirror, e.now_s);
     pass(0.8);
     assert_exact(&camera);
@@ -250,8 +232,8 @@ static void a_wrong_token_is_refused(void **state) {
     (void)state;
     begin((size_t)64 << 20, true);
     vd_session_destroy(&e.session);
-    e.def.token = "another";
-    assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    e.scene.def.token = "another";
+    assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
     pass(0.05);
     assert_int_equal(news().state, VD_CLIENT_REFUSED);
     assert_non_null(strstr(news().sentence, "token"));

@@ -1,8 +1,7 @@
 /* One client's session, both ends in memory, over a link of a clock of its own. */
 #include <math.h>
-#include "remote/session.h"
 #include "session_client.h"
-#include "world_scenes.h"
+#include "session_scene.h"
 
 enum { MOST_ON_LINK = 4096 };
 
@@ -14,11 +13,7 @@ typedef struct on_link {
 
 typedef struct ends {
     vd_context *context;
-    vd_heightfield *map;
-    vd_world *world;
-    vd_world_renderer *renderer;
-    vd_session_tools tools;
-    vd_session_def def;
+    session_scene scene;
     vd_session *session;
     vd_wire *wire; /* the client's, to say things */
     vd_wire_buffer buffer;
@@ -35,24 +30,14 @@ typedef struct ends {
 static ends e;
 
 static void begin(const char *token) {
-    const vd_vec3 middle = {0, 0, 0};
     memset(&e, 0, sizeof e);
     e.context = test_context(2, VD_ISA_AUTO);
-    e.map = hills(e.context, middle);
-    e.world = make_world(e.context, e.map, middle, 200, 3);
-    assert_ok(vd_world_renderer_create(e.context, NULL, e.world, NULL, &e.renderer));
-    assert_ok(vd_session_tools_init(e.context, &e.tools));
-    e.def = vd_session_def_default();
-    e.def.world = e.world;
-    e.def.renderer = e.renderer;
-    e.def.tools = &e.tools;
-    e.def.token = token;
-    e.def.name = "hills";
-    e.def.budget_s = 1.0;
+    scene_begin(&e.scene, e.context, token);
+    e.scene.def.name = "hills";
     e.now_s = 100.0;
     e.bytes_per_s = 10e6;
     e.delay_s = 0.01;
-    assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
     assert_ok(vd_wire_create(e.context, &e.wire));
     assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &e.frame));
     assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &e.perfect));
@@ -67,12 +52,9 @@ static void end(void) {
     vd_session_destroy(&e.session);
     vd_wire_buffer_release(e.context, &e.buffer);
     vd_wire_destroy(&e.wire);
-    vd_session_tools_finish(&e.tools);
     vd_frame_destroy(&e.frame);
     vd_frame_destroy(&e.perfect);
-    vd_world_renderer_destroy(&e.renderer);
-    vd_world_destroy(&e.world);
-    vd_heightfield_destroy(e.context, &e.map);
+    scene_end(&e.scene, e.context);
     vd_context_destroy(&e.context);
 }
 
@@ -155,7 +137,7 @@ static void pass(double seconds) {
 }
 
 static void assert_exact(const vd_camera *camera) {
-    assert_ok(vd_world_renderer_draw(e.renderer, NULL, camera, e.perfect, NULL));
+    assert_ok(vd_world_renderer_draw(e.scene.renderer, NULL, camera, e.perfect, NULL));
     assert_true(e.client.screen_exact && e.client.screen_camera == e.client.sequence);
     assert_true(vd_frame_hash(e.client.screen) == vd_frame_hash(e.perfect));
 }
@@ -224,7 +206,7 @@ static void it_follows_a_moving_camera(void **state) {
         pass(1.0 / 60);
         if (i > 20 && !e.client.screen_shown) {
             client_show(&e.client, &camera, e.frame);
-            assert_ok(vd_world_renderer_draw(e.renderer, NULL, &camera, e.perfect, NULL));
+            assert_ok(vd_world_renderer_draw(e.scene.renderer, NULL, &camera, e.perfect, NULL));
             sum += vd_frame_error(e.frame, e.perfect);
             seen++;
         }
@@ -294,8 +276,8 @@ static void a_limit_is_kept(void **state) {
     (void)state;
     begin(NULL);
     vd_session_destroy(&e.session);
-    e.def.bytes_per_s = 50e3;
-    assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+    e.scene.def.bytes_per_s = 50e3;
+    assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
     hello(NULL);
     settings(VD_WIRE_MODE_SCREENS, 0);
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
@@ -401,9 +383,9 @@ static void who_comes_back_goes_on(void **state) {
     (void)state;
     for (int known = 0; known < 2; known++) {
         begin(NULL);
-        e.def.seed = 1000;
+        e.scene.def.seed = 1000;
         vd_session_destroy(&e.session);
-        assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+        assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
         hello(NULL);
         settings(VD_WIRE_MODE_IMPOSTORS, 0);
         const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
@@ -414,10 +396,10 @@ static void who_comes_back_goes_on(void **state) {
         /* The connection breaks. */
         vd_session *past = e.session;
         e.session = NULL;
-        e.def.seed = 2000;
+        e.scene.def.seed = 2000;
         e.client.batch = e.client.sequence = 0;
         client_drop(&e.client, e.client.items[count / 2].id);
-        assert_ok(vd_session_create(&e.def, e.now_s, &e.session));
+        assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
         uint64_t ids[MOST_HELD];
         uint32_t versions[MOST_HELD];
         for (int i = 0; i < e.client.count; i++) {

@@ -8,6 +8,7 @@
 
 #include "core/core.h"
 #include "core/file.h"
+#include "core/utf8.h"
 #include "image/image.h"
 #include "image/png_fast.h"
 
@@ -34,34 +35,13 @@ static bool is_keyword(const char *keyword) {
     return true;
 }
 
-/* Returns the bytes of the UTF-8 sequence at `text`, 0 when it is none (Unicode 15, table 3-7). */
-static int sequence_bytes(const uint8_t *text) {
-    const uint8_t first = text[0];
-    if (first < 0x80) {
-        return 1;
-    }
-    const int count = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
-    const uint8_t low = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;
-    const uint8_t high = first == 0xed ? 0x9f : first == 0xf4 ? 0x8f : 0xbf;
-    if (first < 0xc2 || first > 0xf4 || text[1] < low || text[1] > high) {
-        return 0;
-    }
-    for (int i = 2; i < count; i++) {
-        if ((text[i] & 0xc0) != 0x80) { /* also the NUL of a cut sequence */
-            return 0;
-        }
-    }
-    return count;
-}
-
 static bool is_utf8(const char *text) {
-    const uint8_t *at = (const uint8_t *)text;
-    while (*at) {
-        const int count = sequence_bytes(at);
+    while (*text) {
+        const int count = vd_utf8_bytes(text);
         if (count == 0) {
             return false;
         }
-        at += count;
+        text += count;
     }
     return true;
 }

@@ -56,9 +56,7 @@ void vd_mirror_destroy(vd_mirror **mirror) {
     if (m == NULL) {
         return;
     }
-    for (vd_packet *packet = vd_mirror_take(m); packet != NULL; packet = vd_mirror_take(m)) {
-        vd_release(m->context, packet);
-    }
+    vd_packet_clear(m->context, &m->packets);
     vd_mirror_forget(m);
     vd_display_destroy(&m->display);
     vd_coder_destroy(&m->coder);
@@ -78,36 +76,12 @@ void vd_mirror_destroy(vd_mirror **mirror) {
 /* ---- packets ----------------------------------------------------------------------------------*/
 
 vd_packet *vd_mirror_take(vd_mirror *m) {
-    vd_packet *packet = m->first;
-    if (packet != NULL) {
-        m->first = packet->next;
-        m->last = m->first != NULL ? m->last : NULL;
-        m->packets--;
-        packet->next = NULL;
-    }
-    return packet;
+    return vd_packet_take(&m->packets);
 }
 
 static bool post(vd_mirror *m, const vd_wire_message *message) {
     const vd_status status = vd_wire_encode(m->wire, VD_WIRE_CLIENT, 0, message, 1, &m->buffer);
-    vd_packet *packet =
-        status.code == VD_OK
-            ? vd_allocate(m->context, 1, sizeof *packet + VD_PACKET_HEAD + m->buffer.bytes)
-            : NULL;
-    if (packet == NULL) {
-        return false;
-    }
-    packet->next = NULL;
-    packet->bytes = m->buffer.bytes;
-    memcpy(packet->data + VD_PACKET_HEAD, m->buffer.data, m->buffer.bytes);
-    if (m->last != NULL) {
-        m->last->next = packet;
-    } else {
-        m->first = packet;
-    }
-    m->last = packet;
-    m->packets++;
-    return true;
+    return status.code == VD_OK && vd_packet_put(m->context, &m->packets, &m->buffer);
 }
 
 void vd_mirror_end(vd_mirror *m, vd_client_state state, const char *sentence) {
@@ -129,7 +103,7 @@ void vd_mirror_say(vd_mirror *m, const vd_wire_message *message) {
     if (m->over) {
         return;
     }
-    if (m->packets >= MOST_PACKETS) {
+    if (m->packets.count >= MOST_PACKETS) {
         end(m, VD_CLIENT_LOST, "the server sends without listening");
     } else if (!post(m, message)) {
         end(m, VD_CLIENT_LOST, "there is no memory for a message; close something");
@@ -167,9 +141,7 @@ static int list_held(vd_mirror *m) {
 }
 
 void vd_mirror_open(vd_mirror *m, double now_s) {
-    for (vd_packet *packet = vd_mirror_take(m); packet != NULL; packet = vd_mirror_take(m)) {
-        vd_release(m->context, packet); /* of the last connection */
-    }
+    vd_packet_clear(m->context, &m->packets); /* of the last connection */
     pthread_mutex_lock(&m->lock);
     const int held = list_held(m);
     const bool looked = m->wanted.width > 0;

@@ -53,8 +53,7 @@ struct vd_mirror {
     vd_wire *wire;
     vd_coder *coder;
     vd_wire_buffer buffer;
-    vd_packet *first, *last;
-    int packets;
+    vd_packet_queue packets;
     bool open, greeted, over;
     bool unanswered; /* a camera is */
     bool measuring;  /* no picture came since the camera of: */

@@ -65,9 +65,7 @@ void vd_session_destroy(vd_session **session) {
     if (s == NULL) {
         return;
     }
-    for (vd_packet *packet = vd_session_take(s); packet != NULL; packet = vd_session_take(s)) {
-        vd_release(s->context, packet);
-    }
+    vd_packet_clear(s->context, &s->packets);
     vd_session_forget_pictures(s);
     vd_wire_buffer_release(s->context, &s->buffer);
     vd_release(s->context, s->past_ids);
@@ -78,13 +76,7 @@ void vd_session_destroy(vd_session **session) {
 }
 
 vd_packet *vd_session_take(vd_session *s) {
-    vd_packet *packet = s->first;
-    if (packet != NULL) {
-        s->first = packet->next;
-        s->last = s->first != NULL ? s->last : NULL;
-        packet->next = NULL;
-    }
-    return packet;
+    return vd_packet_take(&s->packets);
 }
 
 void vd_session_stop(vd_session *s, vd_wire_reason reason, const char *sentence) {

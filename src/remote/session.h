@@ -10,20 +10,10 @@
 #define VEDUTA_REMOTE_SESSION_H
 
 #include <veduta/impostor.h>
-#include <veduta/wire.h>
-
-/* Bytes kept free before a packet's own, for the transport. */
-#define VD_PACKET_HEAD 64
+#include "remote/packet.h"
 
 /* That a client must have: the sky and what is in front are beside the pictures of objects. */
 #define VD_SESSION_LEAST_MEMORY ((uint64_t)4 << 20)
-
-/* Something to be sent: released by vd_release. */
-typedef struct vd_packet {
-    struct vd_packet *next;
-    size_t bytes;
-    uint8_t data[]; /* VD_PACKET_HEAD, then [bytes] */
-} vd_packet;
 
 /* What sessions of one world and thread share. */
 typedef struct vd_session_tools {

@@ -34,7 +34,7 @@ struct vd_session {
     vd_session_def def;
     vd_context *context;
     vd_session_state state;
-    vd_packet *first, *last; /* to be sent */
+    vd_packet_queue packets; /* to be sent */
     vd_wire_buffer buffer;
     double created_s, heard_s, pinged_s, told_s; /* told: of stats */
     double counted_s;                            /* since when messages are counted */

@@ -30,21 +30,10 @@ static bool post(vd_session *s, uint32_t batch, const vd_wire_message *messages,
         vd_log(s->context, VD_LOG_WARNING, "a client was let go: %.300s", status.message);
         return false;
     }
-    vd_packet *packet =
-        vd_allocate(s->context, 1, sizeof *packet + VD_PACKET_HEAD + s->buffer.bytes);
-    if (packet == NULL) {
+    if (!vd_packet_put(s->context, &s->packets, &s->buffer)) {
         return false;
     }
-    packet->next = NULL;
-    packet->bytes = s->buffer.bytes;
-    memcpy(packet->data + VD_PACKET_HEAD, s->buffer.data, s->buffer.bytes);
-    if (s->last != NULL) {
-        s->last->next = packet;
-    } else {
-        s->first = packet;
-    }
-    s->last = packet;
-    s->stats.bytes_sent += packet->bytes;
+    s->stats.bytes_sent += s->buffer.bytes;
     return true;
 }
 
@@ -76,9 +65,9 @@ static void send(vd_session *s, const vd_wire_message *messages, int count, doub
     const double wanted = s->settings.bytes_per_s, most = s->def.bytes_per_s;
     const double limit = wanted > 0.0 && (most <= 0.0 || wanted < most) ? wanted : most;
     s->batch++;
-    s->turn_bytes += s->last->bytes;
+    s->turn_bytes += s->packets.last->bytes;
     s->stats.batches++;
-    vd_link_sent(&s->link, s->batch, s->last->bytes, limit, now_s);
+    vd_link_sent(&s->link, s->batch, s->packets.last->bytes, limit, now_s);
 }
 
 void vd_session_flush(vd_session *s, double now_s) {

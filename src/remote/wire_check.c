@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <string.h>
+#include "core/utf8.h"
 
 #define MOST_COORDINATE 1e9
 #define MOST_CORNER 1e7
@@ -57,33 +58,13 @@ static vd_status check_count(const char *field, uint64_t value, uint64_t least, 
                       (unsigned long long)most);
 }
 
-/* Bytes of the UTF-8 sequence at `text`; 0 when it is none (Unicode 15, table 3-7). */
-static int sequence_bytes(const uint8_t *text) {
-    const uint8_t first = text[0];
-    if (first < 0x80) {
-        return 1;
-    }
-    const int count = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
-    const uint8_t low = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;
-    const uint8_t high = first == 0xed ? 0x9f : first == 0xf4 ? 0x8f : 0xbf;
-    if (first < 0xc2 || first > 0xf4 || text[1] < low || text[1] > high) {
-        return 0;
-    }
-    for (int i = 2; i < count; i++) {
-        if ((text[i] & 0xc0) != 0x80) { /* also the NUL of a cut sequence */
-            return 0;
-        }
-    }
-    return count;
-}
-
 static vd_status check_text(const char *field, const char *text, size_t most) {
     if (text == NULL) {
         return vd_success();
     }
     size_t bytes = 0;
     for (int step; text[bytes] != '\0' && bytes <= most; bytes += (size_t)step) {
-        step = sequence_bytes((const uint8_t *)text + bytes);
+        step = vd_utf8_bytes(text + bytes);
         if (step == 0) {
             return vd_failure(VD_ERROR_ARGUMENT, "%s is not UTF-8 at byte %zu", field, bytes);
         }
