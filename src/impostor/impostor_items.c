@@ -249,7 +249,7 @@ static vd_status draw_sky(vd_impostors *set, vd_job *job, vd_vec3 eye) {
     static const double angles[VD_SKY_SIDES][2] = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {0, 1}, {0, -1}};
     const double half_turn = 3.14159265358979323846, focal = 0.5 * (SKY_PX - 2 * SKY_PAD);
     const vd_terrain_window none = VD_TERRAIN_NO_CELLS;
-    const vd_world_part sky = {.ground = &none, .sky = true};
+    const vd_world_part sky = {.ground = &none, .bare = true, .sky = true};
     static const int all[4] = {0, 0, SKY_PX, SKY_PX};
     vd_camera camera = {.eye = eye,
                         .projection = VD_PROJECTION_PERSPECTIVE,
