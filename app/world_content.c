@@ -139,7 +139,7 @@ static void read_instances(vd_world_reader *r, vd_world_item *item) {
 static void read_object(vd_world_reader *r, void *to) {
     static const char *const names[] = {"mesh",      "at",      "position", "height",
                                         "heading",   "scale",   "up",       "anchor",
-                                        "instances", "shadows", NULL};
+                                        "instances", "shadows", "plane",    NULL};
     vd_world_item *item = to;
     vd_world_check_keys(r, names);
     item->path = vd_world_path(r, "mesh");
@@ -157,6 +157,10 @@ static void read_object(vd_world_reader *r, void *to) {
     item->up = (vd_up)up;
     item->foot = anchor == 1;
     item->shadowless = !shadows;
+    if (vd_world_numbers(r, "plane", 3, 3, item->plane) == 3 && item->plane[0] == 0.0 &&
+        item->plane[1] == 0.0 && item->plane[2] == 0.0) {
+        vd_world_fail(r, "plane", "three zeros are no direction; give one, such as [0, -1, 0]");
+    }
     read_instances(r, item);
 }
 

@@ -33,6 +33,7 @@ typedef struct vd_world_item {
     vd_up up;
     bool foot;       /* the middle of the lower face stands there, not the model's origin */
     bool shadowless; /* throws none */
+    double plane[3]; /* normal of the plane of its impostors at heading 0; zeros: the best */
     double height_m; /* of a sprite */
     bool tilts;      /* a sprite: faces the eye from above too */
     size_t instance_count;

@@ -238,6 +238,8 @@ static vd_status make_instance(const stamp *s, vd_vec3 at, double heading, doubl
                            .min = s->asset.min,
                            .max = s->asset.max,
                            .shadowless = s->item->shadowless};
+    def.plane = vd_matrix_transform(
+        &turn, vd_vec3_make(s->item->plane[0], s->item->plane[1], s->item->plane[2]));
     def.transform = vd_matrix_multiply(&size, &s->upright);
     def.transform = vd_matrix_multiply(&turn, &def.transform);
     def.transform = vd_matrix_multiply(&move, &def.transform);

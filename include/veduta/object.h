@@ -40,7 +40,9 @@ typedef struct vd_object {
     uint64_t id;          /* its path; 0 until it stands in a tree */
     vd_vec3 anchor;       /* metres, on multiples of 2^-10 */
     float min[3], max[3]; /* bounds relative to the anchor, metres */
-    uint32_t reserved[2];
+    int16_t plane[3]; /* normal of the plane that pictures of it lie in, times 32767, as impostor.h
+                         has them; zeros: the best one */
+    uint16_t reserved;
 } vd_object;
 
 /* The largest bounds' half-extent and the farthest anchor, metres. */
@@ -76,6 +78,8 @@ typedef struct vd_instance_def {
     vd_matrix transform; /* world from model, affine, metres */
     vd_vec3 min, max;    /* of the model, in its own space: vd_model_bounds */
     bool shadowless;     /* throws none */
+    vd_vec3 plane;       /* world: normal, of any length, of the plane that pictures of it lie in
+                            (impostor.h), such as a wall's; zero: the best one */
 } vd_instance_def;
 
 VD_API VD_MUST_USE vd_status vd_instance_create(vd_context *context, const vd_instance_def *def,

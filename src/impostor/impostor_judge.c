@@ -55,7 +55,16 @@ int vd_impostor_key_points(const vd_impostors *set, const vd_impostor_view *view
         return vd_ground_key_points(&set->ground, patch,
                                     patch_drop(set, view, &set->ground.patches[patch]), out);
     }
+    const vd_node *n = &set->world->nodes[node];
     vd_vec3 min, max;
+    if (n->planed) { /* tighter than the bounds where it stands askew */
+        const double drop = drop_at(view, 0.5 * (n->min.x + n->max.x), 0.5 * (n->min.y + n->max.y));
+        const int count = vd_object_key_points(set->world->entries[n->entry].object, out);
+        for (int i = 0; i < count; i++) {
+            out[i].z -= drop;
+        }
+        return count;
+    }
     vd_impostor_bounds(set, view, node, &min, &max);
     for (int i = 0; i < 8; i++) {
         out[i] = vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
@@ -85,6 +94,28 @@ static double best_side(vd_vec3 back, vd_vec3 half, double facing, vd_vec3 *norm
     return depth;
 }
 
+/* The plane that an object says, such as a wall's own; `facing` where it is seen from its edge. */
+static double own_plane(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                        vd_vec3 back, double facing, vd_vec3 *through, vd_vec3 *normal) {
+    const int16_t *plane = set->world->entries[set->world->nodes[node].entry].object->plane;
+    const vd_vec3 own = vd_vec3_normalize(vd_vec3_make(plane[0], plane[1], plane[2]));
+    const double sine = vd_vec3_dot(own, back);
+    if (!(fabs(sine) > LEAST_SINE)) {
+        return facing;
+    }
+    vd_vec3 points[VD_IMPOSTOR_POINTS];
+    const int count = vd_impostor_key_points(set, view, node, points);
+    double least = (double)INFINITY, most = (double)-INFINITY;
+    for (int i = 0; i < count; i++) {
+        const double off = vd_vec3_dot(vd_vec3_subtract(points[i], *through), own);
+        least = off < least ? off : least;
+        most = off > most ? off : most;
+    }
+    *normal = sine < 0.0 ? vd_vec3_scale(own, -1.0) : own;
+    *through = vd_vec3_add(*through, vd_vec3_scale(own, 0.5 * (least + most)));
+    return 0.5 * (most - least) / fabs(sine);
+}
+
 double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
                               vd_vec3 *through, vd_vec3 *normal) {
     vd_vec3 min, max;
@@ -94,6 +125,9 @@ double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *v
     const vd_vec3 back = vd_vec3_normalize(vd_vec3_subtract(view->eye, *through));
     const vd_vec3 half = vd_vec3_scale(vd_vec3_subtract(max, min), 0.5);
     const double facing = fabs(back.x) * half.x + fabs(back.y) * half.y + fabs(back.z) * half.z;
+    if (!vd_impostor_is_patch(set, node) && set->world->nodes[node].planed) {
+        return own_plane(set, view, node, back, facing, through, normal);
+    }
     if (!vd_impostor_is_patch(set, node)) {
         return best_side(back, half, facing, normal);
     }

@@ -85,27 +85,26 @@ void vd_object_destroy(vd_context *context, vd_object **object) {
     }
 }
 
-/* Floats that enclose a double. */
-static float below(double x) {
+float vd_below(double x) {
     const float f = (float)x;
     return (double)f <= x ? f : nextafterf(f, -INFINITY);
 }
 
-static float above(double x) {
+float vd_above(double x) {
     const float f = (float)x;
     return (double)f >= x ? f : nextafterf(f, INFINITY);
 }
 
 void vd_object_bound_first(vd_object *object, const double point[3]) {
     for (int i = 0; i < 3; i++) {
-        object->min[i] = below(point[i]);
-        object->max[i] = above(point[i]);
+        object->min[i] = vd_below(point[i]);
+        object->max[i] = vd_above(point[i]);
     }
 }
 
 void vd_object_bound_more(vd_object *object, const double point[3]) {
     for (int i = 0; i < 3; i++) {
-        const float low = below(point[i]), high = above(point[i]);
+        const float low = vd_below(point[i]), high = vd_above(point[i]);
         object->min[i] = low < object->min[i] ? low : object->min[i];
         object->max[i] = high > object->max[i] ? high : object->max[i];
     }

@@ -13,6 +13,34 @@ static bool is_small(const double m[3][3]) {
     return fine;
 }
 
+/* False for what has no direction, zero aside. */
+static bool set_plane(vd_object *object, vd_vec3 normal) {
+    const double length = vd_vec3_length(normal);
+    if (!isfinite(length)) {
+        return false;
+    }
+    const double scale = length > 0.0 ? 32767.0 / length : 0.0;
+    const double n[3] = {scale * normal.x, scale * normal.y, scale * normal.z};
+    for (int i = 0; i < 3; i++) {
+        object->plane[i] = (int16_t)floor(n[i] + 0.5);
+    }
+    return true;
+}
+
+/* The corners of the model's bounds: tighter than those of the object's. */
+static int key_points(const vd_object *object, vd_vec3 out[VD_OBJECT_KEY_POINTS]) {
+    const vd_instance *instance = (const vd_instance *)object;
+    const vd_matrix place = vd_instance_place(instance, 0.0);
+    for (int i = 0; i < 8; i++) {
+        double p[3];
+        for (int axis = 0; axis < 3; axis++) {
+            p[axis] = (double)((i >> axis & 1) != 0 ? instance->most : instance->least)[axis];
+        }
+        out[i] = vd_matrix_transform(&place, vd_vec3_make(p[0], p[1], p[2]));
+    }
+    return 8;
+}
+
 vd_status vd_instance_create(vd_context *context, const vd_instance_def *def, vd_object **out) {
     const double(*m)[4] = def->transform.m;
     vd_object *object = NULL;
@@ -42,14 +70,20 @@ vd_status vd_instance_create(vd_context *context, const vd_instance_def *def, vd
     /* A minimum and a maximum do not see what is no number. */
     const vd_vec3 a = def->min, b = def->max;
     const bool finite = isfinite(a.x + a.y + a.z) && isfinite(b.x + b.y + b.z);
-    status = finite && is_small((const double(*)[3])instance->linear)
-                 ? vd_object_validate(object, sizeof *instance)
-                 : vd_failure(VD_ERROR_ARGUMENT, "%s", "");
+    const double least[3] = {a.x, a.y, a.z}, most[3] = {b.x, b.y, b.z};
+    for (int i = 0; i < 3; i++) {
+        instance->least[i] = vd_below(least[i]);
+        instance->most[i] = vd_above(most[i]);
+    }
+    status =
+        finite && set_plane(object, def->plane) && is_small((const double(*)[3])instance->linear)
+            ? vd_object_validate(object, sizeof *instance)
+            : vd_failure(VD_ERROR_ARGUMENT, "%s", "");
     if (status.code != VD_OK) {
         vd_object_destroy(context, &object);
         return vd_failure(
             VD_ERROR_ARGUMENT,
-            "a model's transform or bounds are not finite, or beyond %g m; give other "
+            "a model's transform, bounds or plane are not finite, or beyond %g m; give other "
             "numbers",
             VD_OBJECT_MAX_METRES);
     }
@@ -59,8 +93,13 @@ vd_status vd_instance_create(vd_context *context, const vd_instance_def *def, vd
 
 static const char *check(const vd_object *object) {
     const vd_instance *instance = (const vd_instance *)object;
+    bool bounded = true;
+    for (int i = 0; i < 3; i++) {
+        bounded = bounded && isfinite(instance->least[i]) && isfinite(instance->most[i]);
+    }
     return object->size_bytes != sizeof *instance            ? "the size"
            : !is_small((const double(*)[3])instance->linear) ? "the transform"
+           : !bounded                                        ? "the bounds"
                                                              : NULL;
 }
 
@@ -104,4 +143,5 @@ const vd_object_kind_entry vd_instance_kind = {.name = "instance",
                                                .least_bytes = sizeof(vd_instance),
                                                .check = check,
                                                .asset = asset,
+                                               .key_points = key_points,
                                                .draw = draw};

@@ -34,6 +34,10 @@ extern const vd_object_kind_entry vd_group_kind, vd_terrain_kind, vd_instance_ki
 VD_MUST_USE vd_status vd_object_make(vd_context *context, vd_object_kind kind, size_t size_bytes,
                                      vd_vec3 anchor, vd_object **out);
 
+/* The floats next to a double: not above it, not below it. */
+float vd_below(double x);
+float vd_above(double x);
+
 /* Sets the bounds around points relative to the anchor: first, then others. */
 void vd_object_bound_first(vd_object *object, const double point[3]);
 void vd_object_bound_more(vd_object *object, const double point[3]);
@@ -44,7 +48,8 @@ typedef struct vd_instance {
     vd_object head;
     uint32_t model;
     uint32_t shadowless;
-    double linear[3][3]; /* world = anchor + linear · model */
+    double linear[3][3];     /* world = anchor + linear · model */
+    float least[3], most[3]; /* of the model, in its own space */
 } vd_instance;
 
 /* World from model, lowered by `drop_m`. */

@@ -81,7 +81,9 @@ static vd_node leaf(const vd_world *world, uint32_t entry) {
     node.names = kind == VD_OBJECT_LABEL;
     node.loose = node.names || kind == VD_OBJECT_LINE || kind == VD_OBJECT_PARTICLES;
     node.grounded = !node.loose;
-    vd_object_bounds(world->entries[entry].object, &node.min, &node.max);
+    const vd_object *object = world->entries[entry].object;
+    node.planed = object->plane[0] != 0 || object->plane[1] != 0 || object->plane[2] != 0;
+    vd_object_bounds(object, &node.min, &node.max);
     return node;
 }
 
