@@ -43,6 +43,12 @@ VD_API const char *vd_impostor_show_name(vd_impostor_show show);
 
 typedef struct vd_impostors vd_impostors;
 
+/* Pictures that sets of one world and renderer share, one thread at a time: before a set draws one
+ * it takes another set's, if that is wrong by less than half of the tolerance where it would be
+ * shown. Its pixels are then there once, until the last set that has it gives it up. With one set
+ * nothing is shared, and all is as without. */
+typedef struct vd_impostor_pool vd_impostor_pool;
+
 typedef struct vd_impostor_def {
     double tolerance_px; /* screen error up to which a picture is shown; 0: drawn anew always */
     double budget_s; /* wall time of an update's drawing, above 0; one picture is always drawn, and
@@ -78,6 +84,7 @@ typedef struct vd_impostor_def {
     const vd_impostors *like; /* another set of the same world and renderer, that outlives this one:
                                  the tree of the ground is made once; null: none */
     uint32_t first_version;   /* `ship`: of pictures; another one for every set tells them apart */
+    vd_impostor_pool *pool;   /* that pictures are shared through; outlives the set; null: none */
 } vd_impostor_def;
 
 /* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples and 1,
@@ -89,6 +96,7 @@ typedef struct vd_impostor_stats {
     uint64_t direct;   /* objects, and patches of the ground without a picture, drawn themselves */
     uint64_t drawn;    /* pictures made by the last update */
     uint64_t waiting;  /* pictures that its budget left for later */
+    uint64_t shared;   /* pictures taken from other sets, all in all */
     uint64_t failed;   /* drawings that failed, all in all: skipped, tried again later */
     uint64_t dropped;  /* pictures given up for memory, all in all */
     uint64_t decided;  /* nodes that the last update looked at */
@@ -102,6 +110,16 @@ typedef struct vd_impostor_stats {
     double error_px;              /* the greatest screen error of what is shown */
     double decide_s, draw_s, direct_s, show_s; /* wall seconds of the last update and picture */
 } vd_impostor_stats;
+
+/* A pool for the sets of one world and renderer, those of the first set that is created with it. Of
+ * pictures that no set has any more it keeps the last `idle_bytes`, while there are several sets.
+ * Destroy it after its sets. Returns VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_impostor_pool_create(vd_context *context, size_t idle_bytes,
+                                                     vd_impostor_pool **out);
+VD_API void vd_impostor_pool_destroy(vd_impostor_pool **pool);
+
+/* Bytes of the pool's pictures, each counted once, those of sets among them. */
+VD_API size_t vd_impostor_pool_bytes(const vd_impostor_pool *pool);
 
 /* `world` and `renderer` (of that world, used by nobody else while a call runs) must outlive it.
  * `def` may be null. Returns VD_ERROR_ARGUMENT (names the field) or VD_ERROR_MEMORY. */
@@ -161,6 +179,8 @@ VD_API const vd_frame *vd_impostors_still(const vd_impostors *impostors);
 typedef struct vd_impostor_item {
     uint64_t id;             /* of the object; of others its first byte is 254 or 255 */
     uint32_t version;        /* grows with every picture of a set */
+    uint64_t shared;         /* number of its pixels in the pool: equal numbers, equal pixels; 0:
+                                it has none */
     vd_vec3 corners[4];      /* as vd_quad_place takes them */
     vd_quad_picture picture; /* borrowed until the next call, delivering aside */
 } vd_impostor_item;
@@ -168,7 +188,8 @@ typedef struct vd_impostor_item {
 typedef struct vd_impostor_order {
     const uint64_t *ids; /* back to front; borrowed until the next call */
     int count;
-    double missing; /* share of the picture's area that waits for its first picture, 0 … 1 */
+    double missing;  /* share of the picture's area that waits for its first picture, 0 … 1 */
+    double error_px; /* the greatest screen error of it */
 } vd_impostor_order;
 
 /* What was made and not delivered, the most valuable first; what a newer camera has made worthless

@@ -107,13 +107,14 @@ static vd_status draw_part(vd_impostors *set, vd_job *job, const vd_camera *came
                            vd_world_stats *stats) {
     vd_pass pass;
     const int samples = set->renderer->samples;
-    vd_status status =
-        vd_frame_fit(set->context, width, height, VD_PLANE_DEPTH, &set->front, &set->front_pixels);
+    vd_status status = vd_frame_fit(set->context, width, height, VD_PLANE_DEPTH,
+                                    &set->scratch->front, &set->scratch->front_pixels);
     if (status.code == VD_OK) {
         status = vd_world_renderer_set_samples(set->renderer, set->def.direct_samples);
     }
     if (status.code == VD_OK) {
-        status = vd_world_draw_part(set->renderer, job, camera, part, set->front, &pass, stats);
+        status =
+            vd_world_draw_part(set->renderer, job, camera, part, set->scratch->front, &pass, stats);
         const vd_status back = vd_world_renderer_set_samples(set->renderer, samples);
         status = status.code == VD_OK ? back : status;
     }
@@ -136,7 +137,7 @@ static vd_status draw_over(vd_impostors *set, vd_job *job, const vd_camera *came
         return vd_success();
     }
     const vd_status status = draw_part(set, job, &cut, part, in.x1 - in.x0, in.y1 - in.y0, stats);
-    merging m = {set->front, frame, in, depth};
+    merging m = {set->scratch->front, frame, in, depth};
     return status.code == VD_OK ? merge_all(set, job, merge_rows, &m) : status;
 }
 
@@ -175,7 +176,7 @@ static vd_status draw_coarsely(vd_impostors *set, vd_job *job, const vd_camera *
     cut.lens.cx = (cut.lens.cx - in.x0) * x, cut.lens.fx *= x;
     cut.lens.cy = (cut.lens.cy - in.y0) * y, cut.lens.fy *= y;
     vd_status status = draw_part(set, job, &cut, part, width, height, stats);
-    merging m = {.from = set->front, .to = frame, .in = in};
+    merging m = {.from = set->scratch->front, .to = frame, .in = in};
     if (status.code == VD_OK) {
         status = merge_all(set, job, keep_depth, &m);
     }
@@ -183,10 +184,10 @@ static vd_status draw_coarsely(vd_impostors *set, vd_job *job, const vd_camera *
         const float x0 = (float)in.x0, x1 = (float)in.x1, y0 = (float)in.y0, y1 = (float)in.y1;
         const vd_quad quad = {
             .corners = {{x0, y0, 1.0f}, {x1, y0, 1.0f}, {x1, y1, 1.0f}, {x0, y1, 1.0f}},
-            .picture = {.rgba = set->front->rgba,
+            .picture = {.rgba = set->scratch->front->rgba,
                         .width = width,
                         .height = height,
-                        .stride = set->front->stride},
+                        .stride = set->scratch->front->stride},
             .opacity = 255};
         status = vd_display_draw(set->display, job, frame, &quad, 1, NULL);
     }
@@ -303,20 +304,24 @@ vd_status vd_impostors_draw_relief(vd_impostors *set, vd_job *job, const vd_came
     coarse.lens.fx /= COARSE, coarse.lens.fy /= COARSE;
     coarse.lens.cx /= COARSE, coarse.lens.cy /= COARSE;
     vd_status status = vd_success();
-    if (set->relief == NULL || set->relief->width != width || set->relief->height != height) {
-        vd_frame_destroy(&set->relief);
-        status = vd_frame_create(set->context, width, height, VD_PLANE_DEPTH, &set->relief);
+    if (set->scratch->relief == NULL || set->scratch->relief->width != width ||
+        set->scratch->relief->height != height) {
+        vd_frame_destroy(&set->scratch->relief);
+        status =
+            vd_frame_create(set->context, width, height, VD_PLANE_DEPTH, &set->scratch->relief);
     }
     const int samples = set->renderer->samples;
     if (status.code == VD_OK) {
         status = vd_terrain_renderer_set_samples(set->renderer->ground, 1);
     }
     if (status.code == VD_OK) {
-        status = vd_terrain_renderer_draw(set->renderer->ground, job, &coarse, set->relief, NULL);
+        status = vd_terrain_renderer_draw(set->renderer->ground, job, &coarse, set->scratch->relief,
+                                          NULL);
         set->renderer->ground->def.samples = samples;
     }
     for (int y = 0; y < frame->height && status.code == VD_OK; y++) {
-        const float *from = set->relief->depth + (size_t)(y / COARSE) * set->relief->stride;
+        const float *from =
+            set->scratch->relief->depth + (size_t)(y / COARSE) * set->scratch->relief->stride;
         float *to = frame->depth + (size_t)y * frame->stride;
         for (int x = 0; x < frame->width; x++) {
             to[x] = from[x / COARSE];

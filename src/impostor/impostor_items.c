@@ -15,7 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include "core/core.h"
-#include "impostor/impostor_set.h"
+#include "image/image.h"
+#include "impostor/impostor_pool.h"
 #include "terrain/lens_renderer.h"
 
 /* First bytes of ids. Objects begin with their number at the first level of the tree, which has
@@ -76,6 +77,7 @@ vd_status vd_impostors_fresh(vd_impostors *set, const vd_impostor_item **items, 
         const vd_impostor_slot *slot = vd_impostor_slot_at(set, sending[i].slot);
         vd_impostor_item item = {.id = id_of(set, slot->node),
                                  .version = p->version,
+                                 .shared = p->pooled != NULL ? p->pooled->number : 0,
                                  .picture = {.rgba = p->rgba,
                                              .width = p->width,
                                              .height = p->height,
@@ -182,7 +184,9 @@ void vd_impostors_set_tolerance(vd_impostors *set, double tolerance_px) {
 
 void vd_impostors_release_extras(vd_impostors *set) {
     for (int i = 0; i < VD_EXTRAS; i++) {
-        vd_release(set->context, set->extras[i].rgba);
+        if (set->extras[i].shared == 0) {
+            vd_release(set->context, set->extras[i].rgba);
+        }
         set->extras[i].rgba = NULL;
     }
 }
@@ -193,6 +197,7 @@ static vd_status add_extra(vd_impostors *set, const vd_impostor_extra *extra) {
     const vd_impostor_item item = {
         .id = extra->id,
         .version = extra->version,
+        .shared = extra->shared,
         .corners = {extra->corners[0], extra->corners[1], extra->corners[2], extra->corners[3]},
         .picture = {.rgba = extra->rgba,
                     .width = extra->width,
@@ -201,8 +206,22 @@ static vd_status add_extra(vd_impostors *set, const vd_impostor_extra *extra) {
     return add_item(set, &item);
 }
 
-/* Takes a rectangle of a frame, x0, y0, x1, y1, as the picture of an extra that stands `z` metres
- * before the camera. */
+/* The picture of an extra is a rectangle, x0, y0, x1, y1, of a camera's, `z` metres before it. */
+static void place(vd_impostors *set, vd_impostor_extra *extra, const vd_camera *camera,
+                  const int r[4], double z) {
+    for (int i = 0; i < 4; i++) {
+        const double x = i == 1 || i == 2 ? r[2] : r[0], y = i >= 2 ? r[3] : r[1];
+        const vd_vec3 at = {(x - camera->lens.cx) / camera->lens.fx * z,
+                            (y - camera->lens.cy) / camera->lens.fy * z, z};
+        extra->corners[i] = vd_vec3_add(camera->eye, vd_quat_rotate(camera->orientation, at));
+    }
+    extra->width = r[2] - r[0];
+    extra->height = r[3] - r[1];
+    extra->version = ++set->versions;
+    extra->delivered = false;
+}
+
+/* Takes a rectangle of a frame as the picture of an extra. */
 static vd_status take_rectangle(vd_impostors *set, vd_impostor_extra *extra,
                                 const vd_camera *camera, const vd_frame *frame, const int r[4],
                                 double z) {
@@ -221,27 +240,14 @@ static vd_status take_rectangle(vd_impostors *set, vd_impostor_extra *extra,
         const size_t from = (size_t)(r[1] + y) * frame->stride + (size_t)r[0];
         memcpy(extra->rgba + row * (size_t)y, frame->rgba + 4 * from, row);
     }
-    for (int i = 0; i < 4; i++) {
-        const double x = i == 1 || i == 2 ? r[2] : r[0], y = i >= 2 ? r[3] : r[1];
-        const vd_vec3 at = {(x - camera->lens.cx) / camera->lens.fx * z,
-                            (y - camera->lens.cy) / camera->lens.fy * z, z};
-        extra->corners[i] = vd_vec3_add(camera->eye, vd_quat_rotate(camera->orientation, at));
-    }
-    extra->width = width;
-    extra->height = height;
-    extra->version = ++set->versions;
-    extra->delivered = false;
+    place(set, extra, camera, r, z);
     return vd_success();
 }
 
 /* The frame that sky and front are drawn into. */
 static vd_status reserve_frame(vd_impostors *set, int width, int height) {
-    if (set->front_frame != NULL && set->front_frame->width == width &&
-        set->front_frame->height == height) {
-        return vd_success();
-    }
-    vd_frame_destroy(&set->front_frame);
-    return vd_frame_create(set->context, width, height, VD_PLANE_DEPTH, &set->front_frame);
+    return vd_frame_fit(set->context, width, height, VD_PLANE_DEPTH, &set->scratch->wide,
+                        &set->scratch->wide_pixels);
 }
 
 /* The six sides, each a little wider than a right angle so that they overlap. */
@@ -261,12 +267,21 @@ static vd_status draw_sky(vd_impostors *set, vd_job *job, vd_vec3 eye) {
         vd_pass pass;
         vd_world_stats stats = {.objects = 0};
         vd_impostor_extra *extra = &set->extras[i];
+        uint8_t **pooled = vd_impostor_pool_sky(set, i);
         camera.orientation = vd_orientation_from_angles(0.5 * half_turn * angles[i][0],
                                                         0.5 * half_turn * angles[i][1], 0.0);
-        status = vd_world_draw_part(set->renderer, job, &camera, &sky, frame, &pass, &stats);
         extra->id = EXTRA_IDS | (uint64_t)(i + 1);
-        if (status.code == VD_OK) {
-            status = take_rectangle(set, extra, &camera, frame, all, SKY_M);
+        if (pooled == NULL || *pooled == NULL) {
+            status = vd_world_draw_part(set->renderer, job, &camera, &sky, frame, &pass, &stats);
+            status = status.code == VD_OK ? take_rectangle(set, extra, &camera, frame, all, SKY_M)
+                                          : status;
+        } else { /* it hangs on the direction alone */
+            place(set, extra, &camera, all, SKY_M);
+        }
+        if (status.code == VD_OK && pooled != NULL) {
+            *pooled = *pooled != NULL ? *pooled : extra->rgba;
+            extra->rgba = *pooled;
+            extra->shared = VD_POOLED_SKY + (uint64_t)i;
         }
     }
     vd_frame_destroy(&frame);
@@ -380,11 +395,11 @@ static vd_status draw_front(vd_impostors *set, vd_job *job, const vd_camera *cam
     front->height = height + 2 * y;
     vd_status status = reserve_frame(set, front->width, front->height);
     if (status.code == VD_OK) {
-        status = vd_impostors_draw_alone(set, job, &wide, set->front_frame);
+        status = vd_impostors_draw_alone(set, job, &wide, set->scratch->wide);
         if (status.code != VD_OK) {
-            status = vd_impostors_set_aside(set, job, &wide, set->front_frame, status);
+            status = vd_impostors_set_aside(set, job, &wide, set->scratch->wide, status);
             status = status.code == VD_OK
-                         ? vd_impostors_draw_alone(set, job, &wide, set->front_frame)
+                         ? vd_impostors_draw_alone(set, job, &wide, set->scratch->wide)
                          : status;
         }
     }
@@ -393,7 +408,7 @@ static vd_status draw_front(vd_impostors *set, vd_job *job, const vd_camera *cam
     }
     int r[4];
     float range[2];
-    front->wanted = measure(set->front_frame, r, range);
+    front->wanted = measure(set->scratch->wide, r, range);
     if (!front->wanted) {
         return status;
     }
@@ -404,7 +419,7 @@ static vd_status draw_front(vd_impostors *set, vd_job *job, const vd_camera *cam
     front->half_range = 0.5 * (high - low);
     extra->id = EXTRA_IDS | VD_EXTRAS;
     set->stats.pixels_drawn += (uint64_t)(r[2] - r[0]) * (uint64_t)(r[3] - r[1]);
-    return take_rectangle(set, extra, &wide, set->front_frame, r, 2.0 / (low + high));
+    return take_rectangle(set, extra, &wide, set->scratch->wide, r, 2.0 / (low + high));
 }
 
 static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_view *view) {
@@ -498,7 +513,10 @@ vd_status vd_impostors_order(vd_impostors *set, vd_impostor_order *out) {
     if (status.code == VD_OK && set->in_front.wanted && front->delivered) {
         status = add_id(set, front->id);
     }
-    *out = (vd_impostor_order){set->ids.data, (int)set->ids.count, all > 0.0 ? missing / all : 0.0};
+    *out = (vd_impostor_order){.ids = set->ids.data,
+                               .count = (int)set->ids.count,
+                               .missing = all > 0.0 ? missing / all : 0.0,
+                               .error_px = set->stats.error_px};
     return status;
 }
 

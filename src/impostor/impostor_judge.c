@@ -145,36 +145,41 @@ double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *v
 
 /* Whether the eye has come to a side of a patch where its picture ends with the patch: between it
  * and a neighbour's sky would show. */
-static bool lacks_a_side(const vd_impostors *set, const vd_impostor_view *view,
-                         const vd_impostor_slot *slot) {
-    if (!vd_impostor_is_patch(set, slot->node)) {
+static bool lacks_a_side(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                         const vd_impostor_picture *picture) {
+    if (!vd_impostor_is_patch(set, node)) {
         return false;
     }
-    const vd_cells cells = vd_ground_cells(&set->ground, vd_impostor_patch(set, slot->node));
-    return (vd_impostor_sides(view, &cells) & ~slot->now.sides) != 0;
+    const vd_cells cells = vd_ground_cells(&set->ground, vd_impostor_patch(set, node));
+    return (vd_impostor_sides(view, &cells) & ~picture->sides) != 0;
+}
+
+static double parallax(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                       const vd_impostor_picture *picture) {
+    vd_vec3 points[VD_IMPOSTOR_POINTS];
+    const int count = vd_impostor_key_points(set, view, node, points);
+    return vd_impostor_plane_error(&picture->plane, points, count, view->eye, view->focal_px);
 }
 
 double vd_impostor_parallax(const vd_impostors *set, const vd_impostor_view *view,
                             const vd_impostor_slot *slot) {
-    if (slot->now.rgba == NULL) {
-        return (double)INFINITY;
-    }
-    vd_vec3 points[VD_IMPOSTOR_POINTS];
-    const int count = vd_impostor_key_points(set, view, slot->node, points);
-    return vd_impostor_plane_error(&slot->now.plane, points, count, view->eye, view->focal_px);
+    return slot->now.rgba != NULL ? parallax(set, view, slot->node, &slot->now) : (double)INFINITY;
 }
 
 double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
                          const vd_impostor_slot *slot) {
-    const double error = vd_impostor_parallax(set, view, slot);
-    if (slot->now.rgba == NULL) {
-        return error;
-    }
-    const double then = slot->now.plane.distance_m / slot->now.focal_px;
+    return slot->now.rgba != NULL ? vd_impostor_picture_error(set, view, slot->node, &slot->now)
+                                  : (double)INFINITY;
+}
+
+double vd_impostor_picture_error(const vd_impostors *set, const vd_impostor_view *view,
+                                 uint32_t node, const vd_impostor_picture *picture) {
+    const double error = parallax(set, view, node, picture);
+    const double then = picture->plane.distance_m / picture->focal_px;
     const double now =
-        vd_vec3_length(vd_vec3_subtract(view->eye, slot->now.plane.origin)) / view->focal_px;
+        vd_vec3_length(vd_vec3_subtract(view->eye, picture->plane.origin)) / view->focal_px;
     const double ratio = then > now ? then / now : now / then;
-    return ratio > MOST_RATIO || lacks_a_side(set, view, slot)
+    return ratio > MOST_RATIO || lacks_a_side(set, view, node, picture)
                ? fmax(error, 2.0 * set->def.tolerance_px)
                : error;
 }

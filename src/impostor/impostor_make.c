@@ -3,7 +3,7 @@
 #include <string.h>
 #include "core/core.h"
 #include "image/image.h"
-#include "impostor/impostor_set.h"
+#include "impostor/impostor_pool.h"
 
 #define MOST_SIDE 2048
 
@@ -47,7 +47,7 @@ static void keep_side(int side, int *first, int *end) {
 /* Copies what is on the canvas, without the transparent margins that bounds have around what they
  * bound; rgba stays null when memory is out. */
 static void take_picture(vd_impostors *set, vd_impostor_picture *made) {
-    const vd_frame *c = set->canvas;
+    const vd_frame *c = set->scratch->canvas;
     int x0, y0, x1, y1;
     made->empty = !find_content(c, &x0, &y0, &x1, &y1);
     if (made->empty) {
@@ -134,18 +134,20 @@ static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_vie
         const vd_terrain_window window = vd_cells_window(&under);
         const vd_world_part part = {
             .ground = &window, .from = &set->world->nodes[node], .mask = true};
-        return vd_world_draw_part(set->renderer, job, camera, &part, set->canvas, &pass, &stats);
+        return vd_world_draw_part(set->renderer, job, camera, &part, set->scratch->canvas, &pass,
+                                  &stats);
     }
     if (!vd_impostor_is_patch(set, node)) {
         return vd_world_renderer_draw_object(set->renderer, job, camera, set->world->nodes[node].id,
-                                             set->canvas, NULL);
+                                             set->scratch->canvas, NULL);
     }
     const vd_cells standing = vd_ground_cells(&set->ground, vd_impostor_patch(set, node));
     vd_cells cells = standing;
     add_skirt(set, view, plane, &cells);
     const vd_terrain_window window = vd_cells_window(&cells);
     const vd_world_part part = {.ground = &window, .standing = &standing};
-    return vd_world_draw_part(set->renderer, job, camera, &part, set->canvas, &pass, &stats);
+    return vd_world_draw_part(set->renderer, job, camera, &part, set->scratch->canvas, &pass,
+                              &stats);
 }
 
 /* The plane of a node's picture: the best one, or where that cannot be one that faces the eye. */
@@ -159,6 +161,22 @@ static bool fit_plane(const vd_impostors *set, const vd_impostor_view *view, uin
             vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), points, count, out));
 }
 
+/* Hands a picture over that the set now has. */
+static vd_status keep(vd_impostors *set, vd_impostor_slot *slot, vd_impostor_picture *made) {
+    made->version = ++set->versions;
+    set->stats.pictures++;
+    set->bytes += (size_t)made->width * (size_t)made->height * 4;
+    return vd_impostors_take(set, slot, made);
+}
+
+vd_status vd_impostors_share(vd_impostors *set, const vd_impostor_view *view,
+                             vd_impostor_slot *slot, bool *shared) {
+    vd_impostor_picture found;
+    *shared = vd_impostor_pool_get(set, view, slot->node, &found);
+    set->stats.shared += *shared;
+    return *shared ? keep(set, slot, &found) : vd_success();
+}
+
 vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
                             vd_impostor_slot *slot) {
     vd_impostor_picture made = {.focal_px = view->focal_px * view->detail};
@@ -169,8 +187,8 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     const double *e = made.plane.extent;
     made.width = side_of(e[2] - e[0], &made.plane, made.focal_px);
     made.height = side_of(e[3] - e[1], &made.plane, made.focal_px);
-    vd_status status =
-        vd_frame_fit(set->context, made.width, made.height, 0, &set->canvas, &set->canvas_pixels);
+    vd_status status = vd_frame_fit(set->context, made.width, made.height, 0, &set->scratch->canvas,
+                                    &set->scratch->canvas_pixels);
     if (status.code != VD_OK) {
         return status;
     }
@@ -211,10 +229,8 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     for (int i = 0; i < 4; i++) {
         made.opaque[i] = shown.opaque[i];
     }
-    made.version = ++set->versions;
     set->stats.drawn++;
     set->stats.pixels_drawn += (uint64_t)made.width * (uint64_t)made.height;
-    set->stats.pictures++;
-    set->bytes += (size_t)made.width * (size_t)made.height * 4;
-    return vd_impostors_take(set, slot, &made);
+    vd_impostor_pool_put(set, slot->node, &made);
+    return keep(set, slot, &made);
 }

@@ -18,6 +18,9 @@
 /* Transparent pixels around each picture, so that its edge fades out when it is filtered. */
 #define VD_IMPOSTOR_PAD 2
 
+/* A picture whose pixels several sets may have; see impostor_pool.h. */
+typedef struct vd_pooled vd_pooled;
+
 /* A picture on a plane. */
 typedef struct vd_impostor_picture {
     vd_impostor_plane plane;
@@ -28,6 +31,7 @@ typedef struct vd_impostor_picture {
     bool empty;      /* nothing is on it */
     unsigned sides;  /* of a patch: on which it goes on beyond the patch, vd_impostor_sides */
     uint32_t version;
+    vd_pooled *pooled; /* that the pixels belong to; null: they are the set's alone */
 } vd_impostor_picture;
 
 typedef struct vd_impostor_slot {
@@ -74,7 +78,8 @@ typedef struct vd_impostor_extra {
     vd_vec3 corners[4];
     uint8_t *rgba; /* [height][width][4]; null: there is nothing on it */
     int width, height;
-    size_t room; /* bytes of rgba */
+    size_t room;     /* bytes of rgba */
+    uint64_t shared; /* number of its pixels, which are the pool's; 0: they are the set's */
 } vd_impostor_extra;
 
 #define VD_SKY_SIDES 6
@@ -90,6 +95,17 @@ typedef struct vd_impostor_front {
     double half_range; /* half of 1 / nearest - 1 / farthest of what is in it */
     bool wanted;       /* there is something in it */
 } vd_impostor_front;
+
+/* Frames that are drawn into and used at once: sets with a pool have the pool's. */
+typedef struct vd_impostor_scratch {
+    vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
+    size_t canvas_pixels;
+    vd_frame *front; /* what is drawn itself, over patches */
+    size_t front_pixels;
+    vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
+    vd_frame *wide;   /* what the picture in front is cut out of */
+    size_t wide_pixels;
+} vd_impostor_scratch;
 
 struct vd_impostors {
     vd_context *context;
@@ -109,26 +125,23 @@ struct vd_impostors {
     bool any_loose;    /* some of it does not stand on patches: it is told from them by depth */
     vd_list quads;     /* vd_quad, of the last picture */
     vd_display *display;
-    vd_frame *front; /* what is drawn itself, over patches */
-    size_t front_pixels;
+    vd_impostor_scratch own_scratch, *scratch;
+    uint32_t number;           /* among the pool's sets */
     uint32_t things;           /* drawn themselves for want of pictures, as decided */
     int coarse, coarse_frames; /* how coarsely the front is drawn, and since how many frames */
     uint32_t shown_things;     /* and with those on patches */
     double cloud_detail;       /* factor on what particles' detail is, at least 1 */
-    vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
-    vd_list ranks;    /* vd_impostor_rank of each of `shown` */
-    vd_buffer order;  /* for sorting these */
-    vd_buffer depth;  /* of a frame that has none */
-    vd_list wishes;   /* vd_impostor_wish */
-    vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
-    size_t canvas_pixels;
-    size_t bytes;            /* of pictures */
-    vd_list sending;         /* vd_impostor_sending, in the order of their arrival */
-    size_t sending_bytes;    /* of these; part of `bytes` */
-    double link_free_s;      /* when the last of them has left */
-    double remote_free_s;    /* when the far end has drawn what it was asked for */
-    uint64_t draws_since_ns; /* when the last update began to draw */
-    vd_frame *still;         /* the whole, aligned with the screen; see impostor_still.c */
+    vd_list ranks;             /* vd_impostor_rank of each of `shown` */
+    vd_buffer order;           /* for sorting these */
+    vd_buffer depth;           /* of a frame that has none */
+    vd_list wishes;            /* vd_impostor_wish */
+    size_t bytes;              /* of pictures */
+    vd_list sending;           /* vd_impostor_sending, in the order of their arrival */
+    size_t sending_bytes;      /* of these; part of `bytes` */
+    double link_free_s;        /* when the last of them has left */
+    double remote_free_s;      /* when the far end has drawn what it was asked for */
+    uint64_t draws_since_ns;   /* when the last update began to draw */
+    vd_frame *still;           /* the whole, aligned with the screen; see impostor_still.c */
     bool has_still;
     double still_s;       /* when it comes */
     double still_retry_s; /* not drawn again before, since it failed */
@@ -141,7 +154,6 @@ struct vd_impostors {
     uint32_t versions;   /* of pictures so far */
     vd_impostor_extra extras[VD_EXTRAS];
     vd_impostor_front in_front; /* `ship`; see impostor_items.c */
-    vd_frame *front_frame;
     vd_vec3 sky_eye;
     bool has_sky;  /* all sides of it, as from there */
     vd_list items; /* vd_impostor_item */
@@ -233,6 +245,10 @@ double vd_impostor_best_plane(const vd_impostors *set, const vd_impostor_view *v
 double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
                          const vd_impostor_slot *slot);
 
+/* The same of a picture that a node could have. */
+double vd_impostor_picture_error(const vd_impostors *set, const vd_impostor_view *view,
+                                 uint32_t node, const vd_impostor_picture *picture);
+
 /* Decides what is shown as what: fills `far`, `shown`, `direct`, `near` and `wishes`. Returns
  * VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view);
@@ -250,6 +266,11 @@ VD_MUST_USE vd_status vd_impostors_sort_shown(vd_impostors *set);
  * returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
 VD_MUST_USE vd_status vd_impostors_make(vd_impostors *set, vd_job *job,
                                         const vd_impostor_view *view, vd_impostor_slot *slot);
+
+/* Takes the picture of a slot from the pool; *shared tells whether there is one that will do.
+ * Returns VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_impostors_share(vd_impostors *set, const vd_impostor_view *view,
+                                         vd_impostor_slot *slot, bool *shared);
 
 /* Finds or makes the slot of a node; null when memory is out. */
 vd_impostor_slot *vd_impostor_slot_of(vd_impostors *set, uint32_t node);
@@ -319,5 +340,6 @@ bool vd_impostors_link_is_full(const vd_impostors *set);
 void vd_impostors_trim(vd_impostors *set);
 
 void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture);
+void vd_impostor_scratch_release(vd_impostor_scratch *scratch);
 
 #endif

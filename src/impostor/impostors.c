@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "core/core.h"
-#include "impostor/impostor_set.h"
+#include "impostor/impostor_pool.h"
 
 /* How fast the camera's motion is believed. */
 #define MOTION_SHARE 0.5
@@ -95,7 +95,18 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->def = used;
     set->cloud_detail = 1.0;
     set->versions = used.first_version;
+    set->scratch = &set->own_scratch;
+    set->def.pool = NULL; /* until it has joined */
     vd_status made = vd_success();
+    if (used.pool != NULL) {
+        made = vd_impostor_pool_join(used.pool, world, renderer, &set->number);
+        set->def.pool = made.code == VD_OK ? used.pool : NULL;
+        set->scratch = made.code == VD_OK ? vd_impostor_pool_scratch(used.pool) : set->scratch;
+    }
+    if (made.code != VD_OK) {
+        vd_impostors_destroy(&set);
+        return made;
+    }
     if (used.like != NULL) {
         set->ground = used.like->ground;
     } else {
@@ -142,9 +153,21 @@ void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
     if (picture->rgba != NULL) {
         set->bytes -= (size_t)picture->width * (size_t)picture->height * 4;
         set->stats.pictures--;
-        vd_release(set->context, picture->rgba);
+        if (picture->pooled != NULL) {
+            vd_impostor_pool_give_up(picture->pooled);
+        } else {
+            vd_release(set->context, picture->rgba);
+        }
         picture->rgba = NULL;
+        picture->pooled = NULL;
     }
+}
+
+void vd_impostor_scratch_release(vd_impostor_scratch *scratch) {
+    vd_frame_destroy(&scratch->canvas);
+    vd_frame_destroy(&scratch->front);
+    vd_frame_destroy(&scratch->relief);
+    vd_frame_destroy(&scratch->wide);
 }
 
 void vd_impostors_destroy(vd_impostors **impostors) {
@@ -160,12 +183,12 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     for (size_t i = 0; i < set->sending.count; i++) {
         vd_impostor_release(set, &sending[i].picture);
     }
-    vd_frame_destroy(&set->canvas);
-    vd_frame_destroy(&set->front);
-    vd_frame_destroy(&set->relief);
+    vd_impostor_scratch_release(&set->own_scratch);
     vd_frame_destroy(&set->still);
-    vd_frame_destroy(&set->front_frame);
     vd_impostors_release_extras(set);
+    if (set->def.pool != NULL) {
+        vd_impostor_pool_leave(set->def.pool);
+    }
     vd_release(set->context, set->items.data);
     vd_release(set->context, set->ids.data);
     vd_release(set->context, set->tints);
@@ -317,21 +340,35 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
     if (set->wishes.count > 1) {
         qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
     }
-    size_t i = 0;
+    size_t i = 0, shared = 0, late = 0;
     const bool busy = set->def.remote && set->time_s < set->remote_free_s;
     for (; i < set->wishes.count && status.code == VD_OK; i++) {
-        if (busy || (i > 0 && is_spent(set, spent)) || vd_impostors_link_is_full(set)) {
+        vd_impostor_slot *slot = vd_impostor_slot_at(set, wishes[i].slot);
+        bool taken = false;
+        if (busy || vd_impostors_link_is_full(set)) {
             break;
         }
         if (pressed && wishes[i].finer) {
             continue;
         }
-        status = vd_impostors_make(set, job, view, vd_impostor_slot_at(set, wishes[i].slot));
+        status = vd_impostors_share(set, view, slot, &taken);
+        if (taken || status.code != VD_OK) {
+            shared++;
+            continue;
+        }
+        if (late > 0 || (i > shared && is_spent(set, spent))) {
+            if (set->def.pool == NULL) {
+                break;
+            }
+            late++; /* others may be had from the pool */
+            continue;
+        }
+        status = vd_impostors_make(set, job, view, slot);
         if (set->def.remote) {
             set->remote_free_s = set->time_s + 1e-9 * (double)(vd_clock_ns() - spent->start_ns);
         }
     }
-    set->stats.waiting = set->wishes.count - i;
+    set->stats.waiting = set->wishes.count - i + late;
     return status;
 }
 
@@ -343,8 +380,9 @@ enum { MOST_ROUNDS = 6 };
 
 static bool needs_another_round(const vd_impostors *set, uint64_t drawn, const spending *spent) {
     const bool wrong = set->stats.error_px > VERY_WRONG * fmax(set->def.tolerance_px, 0.1);
-    return set->stats.drawn > drawn && (set->missing > 0 || wrong) && set->stats.waiting == 0 &&
-           set->def.link_bytes_per_s == 0.0 && !set->def.ship && !is_spent(set, spent);
+    return set->stats.drawn + set->stats.shared > drawn && (set->missing > 0 || wrong) &&
+           set->stats.waiting == 0 && set->def.link_bytes_per_s == 0.0 && !set->def.ship &&
+           !is_spent(set, spent);
 }
 
 /* Decides and draws. */
@@ -364,7 +402,7 @@ static vd_status make_all(vd_impostors *set, vd_job *job, const vd_impostor_view
         } else if (set->wishes.count == 0) {
             break;
         }
-        drawn = set->stats.drawn;
+        drawn = set->stats.drawn + set->stats.shared;
         if (status.code == VD_OK) {
             status = make_wishes(set, job, view, &spent);
         }

@@ -8,6 +8,9 @@
 #define QUIET_S 15.0
 #define SILENT_S 30.0
 
+/* Of pictures that no client has any more: those who come by later may want them. */
+#define IDLE_BYTES ((size_t)16 << 20)
+
 /* Messages a second; a client with a camera for each of 240 pictures a second says fewer. */
 #define MOST_MESSAGES 2000
 
@@ -22,6 +25,9 @@ vd_status vd_session_tools_init(vd_context *context, vd_session_tools *out) {
     if (status.code == VD_OK) {
         status = vd_coder_create(context, &out->coder);
     }
+    if (status.code == VD_OK) {
+        status = vd_impostor_pool_create(context, IDLE_BYTES, &out->pool);
+    }
     if (status.code != VD_OK) {
         vd_session_tools_finish(out);
     }
@@ -35,6 +41,8 @@ void vd_session_tools_finish(vd_session_tools *tools) {
         vd_release(tools->context, tools->packed);
         vd_frame_destroy(&tools->frame);
         vd_impostors_destroy(&tools->like);
+        vd_impostor_pool_destroy(&tools->pool);
+        vd_packed_clear(tools->context, &tools->sent);
     }
     *tools = (vd_session_tools){.context = NULL};
 }

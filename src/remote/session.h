@@ -10,6 +10,7 @@
 #define VEDUTA_REMOTE_SESSION_H
 
 #include <veduta/impostor.h>
+#include "remote/packed.h"
 #include "remote/packet.h"
 
 /* That a client must have: the sky and what is in front are beside the pictures of objects. */
@@ -26,6 +27,8 @@ typedef struct vd_session_tools {
     vd_frame *frame; /* of whole screens */
     vd_impostors
         *like; /* that all sessions' sets have the ground's tree of; null until the first */
+    vd_impostor_pool *pool; /* of the pictures of all sessions' sets */
+    vd_packed_cache sent;   /* of these, as they were packed last */
 } vd_session_tools;
 
 VD_MUST_USE vd_status vd_session_tools_init(vd_context *context, vd_session_tools *out);
@@ -98,8 +101,10 @@ bool vd_session_takes_past(vd_session *session, vd_session *past);
 
 typedef struct vd_session_stats {
     uint64_t batches, bytes_sent, pictures, screens, cameras;
+    uint64_t shared; /* pictures that another session's set had made */
     size_t in_flight_bytes, window_bytes, kept_bytes;
     double link_bytes_per_s, latency_s;
+    double error_px; /* the greatest screen error of what the client shows */
     bool settled;
 } vd_session_stats;
 

@@ -144,6 +144,31 @@ static vd_encode_def packing(const vd_session *s, bool lossless) {
     return def;
 }
 
+/* Packs the picture of an impostor, unless it was packed before, for another client. Its bytes are
+ * borrowed until the next packing. */
+static vd_status pack_item(vd_session *s, const vd_impostor_item *item, const uint8_t **data,
+                           vd_encoded *out) {
+    vd_session_tools *tools = s->def.tools;
+    const vd_quad_picture *p = &item->picture;
+    const vd_codec_picture picture = {p->rgba, p->width, p->height, p->stride};
+    vd_encode_def def = packing(s, s->settings.quality == 100);
+    def.codec = vd_codec_choose(def.costs, def.allowed, def.lossless, def.link_bytes_per_s,
+                                p->width, p->height);
+    const vd_packed *known = vd_packed_find(&tools->sent, item->shared, def.codec, def.quality);
+    if (known != NULL) {
+        *out = (vd_encoded){known->codec, known->bytes};
+        *data = known->data;
+        return vd_success();
+    }
+    const vd_status status = pack(s, &picture, &def, out);
+    *data = tools->packed;
+    if (status.code == VD_OK && s->clients > 1) {
+        const vd_packed packed = {item->shared, def.codec, def.quality, out->bytes, tools->packed};
+        vd_packed_keep(tools->context, &tools->sent, &packed);
+    }
+    return status;
+}
+
 /* Corners from the quad's middle: floats that are as small as they can be. */
 static void place(const vd_vec3 corners[4], vd_wire_impostor *out) {
     out->origin = vd_vec3_scale(vd_vec3_add(corners[0], corners[2]), 0.5);
@@ -157,10 +182,9 @@ static void place(const vd_vec3 corners[4], vd_wire_impostor *out) {
 
 void vd_session_add_item(vd_session *s, const vd_impostor_item *item, double now_s) {
     const vd_quad_picture *p = &item->picture;
-    const vd_codec_picture picture = {p->rgba, p->width, p->height, p->stride};
-    vd_encode_def def = packing(s, s->settings.quality == 100);
+    const uint8_t *data = NULL;
     vd_encoded encoded;
-    const vd_status status = pack(s, &picture, &def, &encoded);
+    const vd_status status = pack_item(s, item, &data, &encoded);
     if (status.code != VD_OK) {
         vd_session_fail(s, VD_WIRE_FAULT_INTERNAL, status.message);
         return;
@@ -173,7 +197,7 @@ void vd_session_add_item(vd_session *s, const vd_impostor_item *item, double now
                               .width = p->width,
                               .height = p->height,
                               .codec = encoded.codec,
-                              .picture = {s->def.tools->packed, encoded.bytes}};
+                              .picture = {data, encoded.bytes}};
     memcpy(out->opaque, p->opaque, sizeof out->opaque);
     place(item->corners, out);
     const size_t bytes = vd_wire_message_bytes(&message);
@@ -182,7 +206,7 @@ void vd_session_add_item(vd_session *s, const vd_impostor_item *item, double now
     }
     if (bytes <= BATCH_ROOM) { /* kept until the batch is full */
         uint8_t *kept = s->arena + s->arena_used;
-        memcpy(kept, s->def.tools->packed, encoded.bytes);
+        memcpy(kept, data, encoded.bytes);
         out->picture.data = kept;
         s->arena_used += encoded.bytes;
     }

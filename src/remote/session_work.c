@@ -20,6 +20,10 @@
 
 #define LEAST_TOLERANCE_PX 0.25
 
+/* What is shown from where it cannot be seen is endlessly wrong; numbers on the wire have an end.
+ */
+#define MOST_ERROR_PX 1e6
+
 void vd_session_forget_pictures(vd_session *s) {
     vd_impostors_destroy(&s->set);
 }
@@ -46,6 +50,7 @@ static bool make_set(vd_session *s) {
     }
     if (status.code == VD_OK) {
         def.like = tools->like;
+        def.pool = tools->pool;
         status = vd_impostors_create(s->context, s->def.world, s->def.renderer, &def, &s->set);
     }
     if (status.code != VD_OK) {
@@ -157,6 +162,7 @@ static vd_status send_order(vd_session *s, vd_job *job, double now_s) {
     if (status.code != VD_OK) {
         return status;
     }
+    s->stats.error_px = fmin(order.error_px, MOST_ERROR_PX);
     if (order.missing > MOST_MISSING) {
         s->ordered = false;
         return s->screen != s->camera.sequence ? send_screen(s, job, false, now_s) : status;
@@ -207,6 +213,7 @@ static vd_status work_impostors(vd_session *s, vd_job *job, double now_s) {
         (void)vd_session_send_screen(s, still, true, now_s);
     }
     s->stats.kept_bytes = stats.bytes;
+    s->stats.shared = stats.shared;
     return status;
 }
 
@@ -221,6 +228,7 @@ static void tell_stats(vd_session *s, bool answer, double now_s) {
     vd_wire_message message = {.kind = VD_WIRE_STATS};
     message.as.stats = (vd_wire_stats){.link_bytes_per_s = fmin(s->link.bytes_per_s, 1e12),
                                        .latency_s = s->stats.latency_s,
+                                       .error_px = s->stats.error_px,
                                        .queued_bytes = s->link.in_flight,
                                        .clients = (uint64_t)s->clients};
     vd_session_say(s, &message);
@@ -262,5 +270,6 @@ void vd_session_work(vd_session *s, vd_job *job, double now_s) {
     }
     s->next_s = s->turn_bytes > 0 ? now_s : now_s + IDLE_S;
     s->stats.settled = s->exact;
+    s->stats.error_px = s->ordered && !s->exact ? s->stats.error_px : 0.0;
     tell_stats(s, fresh && s->turn_bytes == 0, now_s);
 }
