@@ -121,6 +121,47 @@ static void it_shows_the_exact_picture_at_rest(void **state) {
     end();
 }
 
+/* What a neighbour's set has made, a few steps away, is shown as if it were this one's own. */
+static void it_shows_what_others_made(void **state) {
+    (void)state;
+    begin((size_t)64 << 20, true);
+    const vd_mirror_def def = {.token = "secret",
+                               .memory_bytes = (size_t)64 << 20,
+                               .settings = vd_client_def_default().settings};
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    vd_session *session = e.session;
+    vd_mirror *mirror = e.mirror;
+    vd_session_set_clients(session, 2);
+    look(&camera);
+    pass(0.6);
+    e.scene.def.seed = 5000000;
+    assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
+    assert_ok(vd_mirror_create(e.context, &def, &e.mirror));
+    vd_session_set_clients(e.session, 2);
+    vd_mirror_open(e.mirror, e.now_s);
+    double sum = 0.0, most_px = 0.0;
+    for (int i = 0; i < 40; i++) {
+        camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(0.05, 0.02, 0.01));
+        look(&camera);
+        pass(1.0 / 60);
+        sum += i >= 20 ? compare(&camera, NULL) : 0.0;
+        const double wrong_px = vd_session_get_stats(e.session).error_px;
+        most_px = wrong_px > most_px ? wrong_px : most_px;
+    }
+    assert_true(sum / 20 < 0.25);
+    assert_true(most_px > 0.0 && most_px < 2.0);
+    assert_true(vd_session_get_stats(e.session).shared > 10);
+    assert_true(vd_session_get_stats(session).shared == 0);
+    assert_true(e.scene.tools.sent.bytes > 0);
+    vd_session_destroy(&session); /* what it made is still held here */
+    vd_mirror_destroy(&mirror);
+    assert_true(compare(&camera, NULL) < 0.25);
+    pass(0.6);
+    assert_exact(&camera);
+    assert_true(vd_session_get_stats(e.session).error_px == 0.0);
+    end();
+}
+
 static void it_follows_a_moving_camera(void **state) {
     (void)state;
     begin((size_t)64 << 20, true);
@@ -450,6 +491,7 @@ static void addresses_are_read(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_shows_the_exact_picture_at_rest),
+        cmocka_unit_test(it_shows_what_others_made),
         cmocka_unit_test(it_follows_a_moving_camera),
         cmocka_unit_test(screens_are_shown_turned),
         cmocka_unit_test(it_comes_back_with_what_it_holds),
