@@ -62,6 +62,7 @@ struct vd_client {
     uint64_t version; /* of the news that `wake` was called for */
     uint8_t *partial; /* by malloc: of a message */
     size_t partial_bytes, partial_room;
+    vd_packet *packet; /* is sent next; null: the mirror had none */
     char *answer; /* by malloc: of /world.json so far */
     size_t answer_bytes;
 };
@@ -101,15 +102,25 @@ static int receive(vd_client *c, struct lws *wsi, const void *in, size_t length)
     return 0;
 }
 
+/* Asks for a turn to write when there is something to write, or to end: a socket that can be
+ * written to is no reason to wake up. */
+static void ask_to_write(vd_client *c, struct lws *wsi) {
+    c->packet = c->packet != NULL ? c->packet : vd_mirror_take(c->mirror);
+    if (c->packet != NULL || c->closing || vd_mirror_is_over(c->mirror)) {
+        (void)lws_callback_on_writable(wsi);
+    }
+}
+
 static int send_next(vd_client *c, struct lws *wsi) {
-    vd_packet *packet = vd_mirror_take(c->mirror);
+    vd_packet *packet = c->packet != NULL ? c->packet : vd_mirror_take(c->mirror);
+    c->packet = NULL;
     if (packet == NULL) {
         return c->closing || vd_mirror_is_over(c->mirror) ? -1 : 0;
     }
     const int wrote =
         lws_write(wsi, packet->data + VD_PACKET_HEAD, packet->bytes, LWS_WRITE_BINARY);
     vd_release(c->context, packet);
-    (void)lws_callback_on_writable(wsi);
+    ask_to_write(c, wsi);
     return wrote < 0 ? -1 : 0;
 }
 
@@ -117,6 +128,8 @@ static int send_next(vd_client *c, struct lws *wsi) {
 static void try_later(vd_client *c, const char *sentence) {
     c->wsi = NULL;
     c->partial_bytes = 0;
+    vd_release(c->context, c->packet);
+    c->packet = NULL;
     c->ending = false;
     c->backoff_s = c->backoff_s > 0.0 ? 2.0 * c->backoff_s : FIRST_RETRY_S;
     c->backoff_s = c->backoff_s < MOST_RETRY_S ? c->backoff_s : MOST_RETRY_S;
@@ -142,14 +155,14 @@ static int socket_callback(struct lws *wsi, enum lws_callback_reasons reason, vo
     switch (reason) {
     case LWS_CALLBACK_CLIENT_ESTABLISHED:
         vd_mirror_open(c->mirror, now_s());
-        (void)lws_callback_on_writable(wsi);
+        ask_to_write(c, wsi);
         break;
     case LWS_CALLBACK_CLIENT_RECEIVE:
         if (receive(c, wsi, in, length) != 0) {
             return -1;
         }
         vd_mirror_work(c->mirror, now_s());
-        (void)lws_callback_on_writable(wsi);
+        ask_to_write(c, wsi);
         break;
     case LWS_CALLBACK_CLIENT_WRITEABLE:
         return send_next(c, wsi);
@@ -299,7 +312,7 @@ static void look_around(vd_client *c) {
     connect_when_due(c, now);
     if (c->wsi != NULL) {
         vd_mirror_work(c->mirror, now);
-        (void)lws_callback_on_writable(c->wsi);
+        ask_to_write(c, c->wsi);
     }
     if (c->wsi != NULL && vd_mirror_is_over(c->mirror) && !c->ending) {
         c->ending = true; /* a server that takes nothing in is not waited for */
@@ -427,6 +440,7 @@ void vd_client_destroy(vd_client **client) {
     }
     vd_mirror_destroy(&c->mirror);
     pthread_mutex_destroy(&c->lock);
+    vd_release(c->context, c->packet);
     free(c->partial);
     free(c->answer);
     free(c->world);
