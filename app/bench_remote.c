@@ -35,6 +35,7 @@ typedef struct stage {
     vd_frame *frame;
     vd_client *clients[MOST_CLIENTS];
     int client_count;
+    double apart_s; /* along the path, from each client to the next */
     double times_ms[MOST_FRAMES];
     int time_count;
     vd_frame *kept[MOST_KEPT];
@@ -189,7 +190,8 @@ static vd_status settle(stage *s, double at_s) {
     vd_camera camera;
     const double until_s = vd_seconds_now() + 30.0;
     for (int i = 0; i < s->client_count; i++) {
-        vd_camera_path_at(s->path, at_s + i, s->frame->width, s->frame->height, &camera);
+        vd_camera_path_at(s->path, at_s + i * s->apart_s, s->frame->width, s->frame->height,
+                          &camera);
         s->remote.client_look(s->clients[i], &camera, s->frame->width, s->frame->height);
     }
     for (int i = 0; i < s->client_count;) {
@@ -232,8 +234,8 @@ static vd_status fly(stage *s, double seconds, double from_s) {
         vd_camera camera;
         const double at_s = vd_seconds_now() - start_s;
         for (int c = 0; c < s->client_count; c++) {
-            vd_camera_path_at(s->path, from_s + at_s + c, s->frame->width, s->frame->height,
-                              &camera);
+            vd_camera_path_at(s->path, from_s + at_s + c * s->apart_s, s->frame->width,
+                              s->frame->height, &camera);
             s->remote.client_look(s->clients[c], &camera, s->frame->width, s->frame->height);
         }
         vd_camera_path_at(s->path, from_s + at_s, s->frame->width, s->frame->height, &camera);
@@ -386,11 +388,12 @@ vd_status bench_remote_answer(bench_run *run, const bench_case *self) {
 /* ---- many clients -----------------------------------------------------------------------------*/
 
 static vd_status measure_clients(bench_run *run, const bench_case *self, int clients,
-                                 double *one_bytes) {
+                                 double apart_s, double *one_bytes) {
     static stage s;
     double rates[MOST_CLIENTS], sum = 0.0, least = INFINITY, held = 0.0;
     vd_client_news before[MOST_CLIENTS];
     vd_status status = begin(run, self, &s);
+    s.apart_s = apart_s;
     for (int i = 0; i < clients && status.code == VD_OK; i++) {
         status = join(&s, VD_WIRE_MODE_IMPOSTORS);
     }
@@ -412,7 +415,7 @@ static vd_status measure_clients(bench_run *run, const bench_case *self, int cli
         held += (double)after.held_bytes;
     }
     if (status.code == VD_OK) {
-        bench_result r = result_of(&s, self, "clients");
+        bench_result r = result_of(&s, self, apart_s > 0.0 ? "clients" : "at one place");
         r.at = clients;
         fill_times(&r, s.times_ms, s.time_count, 0.99);
         r.peak_bytes = vd_context_memory(s.forest.s.context).bytes_peak;
@@ -428,11 +431,14 @@ static vd_status measure_clients(bench_run *run, const bench_case *self, int cli
 }
 
 vd_status bench_remote_clients(bench_run *run, const bench_case *self) {
-    static const int counts[] = {1, 8, 32};
+    static const struct {
+        int clients;
+        double apart_s;
+    } ways[] = {{1, 1.0}, {8, 1.0}, {8, 0.0}, {32, 1.0}, {32, 0.0}};
     double one_bytes = 1.0;
     vd_status status = vd_success();
-    for (int i = 0; i < (run->quick ? 2 : 3) && status.code == VD_OK; i++) {
-        status = measure_clients(run, self, counts[i], &one_bytes);
+    for (int i = 0; i < (run->quick ? 3 : 5) && status.code == VD_OK; i++) {
+        status = measure_clients(run, self, ways[i].clients, ways[i].apart_s, &one_bytes);
     }
     return status;
 }

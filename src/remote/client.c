@@ -63,7 +63,7 @@ struct vd_client {
     uint8_t *partial; /* by malloc: of a message */
     size_t partial_bytes, partial_room;
     vd_packet *packet; /* is sent next; null: the mirror had none */
-    char *answer; /* by malloc: of /world.json so far */
+    char *answer;      /* by malloc: of /world.json so far */
     size_t answer_bytes;
 };
 
