@@ -221,6 +221,48 @@ static void all_see_one_sky(void **state) {
     end_shared(&t);
 }
 
+/* One frame for the still pictures of all clients: whose was drawn over is drawn again. */
+static void still_pictures_take_turns(void **state) {
+    (void)state;
+    shared_scene t;
+    begin_shared(&t, 0, 0);
+    vd_impostor_def def = sharing(&t);
+    def.settle = true;
+    add_set(&t, 2, &def); /* without `ship` it keeps its own */
+    def.ship = true;
+    vd_camera cameras[3];
+    uint64_t hashes[3];
+    int drew_last = 0;
+    for (int i = 0; i < 3; i++) {
+        cameras[i] = looking(vd_vec3_make(0, 0, 0));
+        cameras[i].eye.x += 40.0 * i;
+        assert_ok(vd_world_renderer_draw(t.s.renderer, NULL, &cameras[i], t.frame, NULL));
+        hashes[i] = vd_frame_hash(t.frame);
+    }
+    for (int k = 0; k < 6; k++) {
+        const int i = k % 3;
+        if (k < 2) {
+            add_set(&t, k, &def);
+        }
+        for (int n = 0; n < 20 && !vd_impostors_settled(t.sets[i]); n++) {
+            const vd_impostor_item *items = NULL;
+            int count = 0;
+            (void)turn(&t, i, &cameras[i]);
+            assert_ok(vd_impostors_fresh(t.sets[i], &items, &count));
+            for (int m = 0; m < count; m++) {
+                vd_impostors_deliver(t.sets[i], items[m].id, items[m].version);
+            }
+        }
+        assert_non_null(vd_impostors_still(t.sets[i]));
+        assert_true(vd_frame_hash(vd_impostors_still(t.sets[i])) == hashes[i]);
+        drew_last = i < 2 ? i : drew_last;
+        assert_non_null(vd_impostors_still(t.sets[drew_last])); /* whatever 2 did */
+        assert_true(k == 0 || vd_impostors_still(t.sets[1 - drew_last]) == NULL);
+        assert_true(k == 0 || !vd_impostors_settled(t.sets[1 - drew_last]));
+    }
+    end_shared(&t);
+}
+
 static void pools_are_of_one_world(void **state) {
     (void)state;
     shared_scene t;
@@ -314,6 +356,7 @@ int main(void) {
                                        cmocka_unit_test(what_does_not_fit_is_not_shared),
                                        cmocka_unit_test(alone_nothing_changes),
                                        cmocka_unit_test(all_see_one_sky),
+                                       cmocka_unit_test(still_pictures_take_turns),
                                        cmocka_unit_test(pools_are_of_one_world),
                                        cmocka_unit_test(walking_apart_keeps_bounds)};
     return cmocka_run_group_tests(tests, NULL, NULL);

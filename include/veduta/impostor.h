@@ -155,7 +155,8 @@ VD_API void vd_impostors_freeze(vd_impostors *impostors, bool frozen);
 VD_API bool vd_impostors_settled(const vd_impostors *impostors);
 
 /* Returns the still picture while vd_impostors_settled, of the last update's size and with depth;
- * else null. Borrowed until the next update. */
+ * else null. Borrowed until the next update, with `ship` of any set of the pool: what another one
+ * drew over is drawn again by the next update. */
 VD_API const vd_frame *vd_impostors_still(const vd_impostors *impostors);
 
 /* ---- for a client that has pictures and nothing else ------------------------------------------

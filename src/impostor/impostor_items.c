@@ -539,5 +539,5 @@ vd_status vd_impostors_gone(vd_impostors *set, const uint64_t **ids, int *count)
 }
 
 const vd_frame *vd_impostors_still(const vd_impostors *set) {
-    return vd_impostors_settled(set) ? set->still : NULL;
+    return vd_impostors_settled(set) ? vd_impostors_still_frame(set) : NULL;
 }

@@ -105,6 +105,9 @@ typedef struct vd_impostor_scratch {
     vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
     vd_frame *wide;   /* what the picture in front is cut out of */
     size_t wide_pixels;
+    vd_frame *still; /* the whole, aligned with the screen; see impostor_still.c */
+    size_t still_pixels;
+    const vd_impostors *still_of; /* that drew it last */
 } vd_impostor_scratch;
 
 struct vd_impostors {
@@ -126,23 +129,25 @@ struct vd_impostors {
     vd_list quads;     /* vd_quad, of the last picture */
     vd_display *display;
     vd_impostor_scratch own_scratch, *scratch;
-    uint32_t number;           /* among the pool's sets */
-    uint32_t things;           /* drawn themselves for want of pictures, as decided */
-    int coarse, coarse_frames; /* how coarsely the front is drawn, and since how many frames */
-    uint32_t shown_things;     /* and with those on patches */
-    double cloud_detail;       /* factor on what particles' detail is, at least 1 */
-    vd_list ranks;             /* vd_impostor_rank of each of `shown` */
-    vd_buffer order;           /* for sorting these */
-    vd_buffer depth;           /* of a frame that has none */
-    vd_list wishes;            /* vd_impostor_wish */
-    size_t bytes;              /* of pictures */
-    vd_list sending;           /* vd_impostor_sending, in the order of their arrival */
-    size_t sending_bytes;      /* of these; part of `bytes` */
-    double link_free_s;        /* when the last of them has left */
-    double remote_free_s;      /* when the far end has drawn what it was asked for */
-    uint64_t draws_since_ns;   /* when the last update began to draw */
-    vd_frame *still;           /* the whole, aligned with the screen; see impostor_still.c */
-    bool has_still;
+    vd_impostor_scratch *still_in; /* with `ship` as `scratch`: a client is sent its still picture
+                                      at once; others show theirs from here for as long as the
+                                      camera rests */
+    uint32_t number;               /* among the pool's sets */
+    uint32_t things;               /* drawn themselves for want of pictures, as decided */
+    int coarse, coarse_frames;     /* how coarsely the front is drawn, and since how many frames */
+    uint32_t shown_things;         /* and with those on patches */
+    double cloud_detail;           /* factor on what particles' detail is, at least 1 */
+    vd_list ranks;                 /* vd_impostor_rank of each of `shown` */
+    vd_buffer order;               /* for sorting these */
+    vd_buffer depth;               /* of a frame that has none */
+    vd_list wishes;                /* vd_impostor_wish */
+    size_t bytes;                  /* of pictures */
+    vd_list sending;               /* vd_impostor_sending, in the order of their arrival */
+    size_t sending_bytes;          /* of these; part of `bytes` */
+    double link_free_s;            /* when the last of them has left */
+    double remote_free_s;          /* when the far end has drawn what it was asked for */
+    uint64_t draws_since_ns;       /* when the last update began to draw */
+    bool has_still;       /* drawn for the camera that rests; see vd_impostors_still_frame */
     double still_s;       /* when it comes */
     double still_retry_s; /* not drawn again before, since it failed */
     int resting;          /* updates with this camera and size */
@@ -305,6 +310,10 @@ double vd_impostors_send(vd_impostors *set, size_t bytes);
 /* Reissues the whole while the camera rests. Returns the errors of drawing. */
 VD_MUST_USE vd_status vd_impostors_settle(vd_impostors *set, vd_job *job, const vd_camera *camera,
                                           int width, int height);
+
+/* The still picture, on its way or there; null: none, or another set of the pool has drawn over it.
+ */
+const vd_frame *vd_impostors_still_frame(const vd_impostors *set);
 
 /* Copies the still picture if it is this one. */
 bool vd_impostors_copy_still(const vd_impostors *set, const vd_camera *camera, vd_frame *frame);

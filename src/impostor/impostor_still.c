@@ -20,11 +20,17 @@ static bool same_camera(const vd_camera *a, const vd_camera *b) {
            a->lens.cy == b->lens.cy && a->near_m == b->near_m;
 }
 
+const vd_frame *vd_impostors_still_frame(const vd_impostors *set) {
+    const vd_impostor_scratch *in = set->still_in;
+    return set->has_still && in->still_of == set ? in->still : NULL;
+}
+
 /* What cannot be drawn is no failure of the update: things that are drawn themselves are set aside;
  * if it is none of these, all of it is tried again later. */
 static vd_status give_up(vd_impostors *set, vd_job *job, const vd_camera *camera,
                          vd_status because) {
-    const vd_status status = vd_impostors_set_aside(set, job, camera, set->still, because);
+    const vd_status status =
+        vd_impostors_set_aside(set, job, camera, set->still_in->still, because);
     if (status.code == VD_OK || status.code == VD_ERROR_MEMORY ||
         status.code == VD_ERROR_CANCELLED) {
         return status;
@@ -36,13 +42,12 @@ static vd_status give_up(vd_impostors *set, vd_job *job, const vd_camera *camera
 
 static vd_status draw_still(vd_impostors *set, vd_job *job, const vd_camera *camera, int width,
                             int height) {
-    vd_status status = vd_success();
-    if (set->still == NULL || set->still->width != width || set->still->height != height) {
-        vd_frame_destroy(&set->still);
-        status = vd_frame_create(set->context, width, height, VD_PLANE_DEPTH, &set->still);
-    }
+    vd_impostor_scratch *in = set->still_in;
+    vd_status status =
+        vd_frame_fit(set->context, width, height, VD_PLANE_DEPTH, &in->still, &in->still_pixels);
+    in->still_of = set;
     if (status.code == VD_OK) {
-        status = vd_world_renderer_draw(set->renderer, job, camera, set->still, NULL);
+        status = vd_world_renderer_draw(set->renderer, job, camera, in->still, NULL);
         if (status.code != VD_OK) {
             return give_up(set, job, camera, status);
         }
@@ -66,7 +71,7 @@ vd_status vd_impostors_settle(vd_impostors *set, vd_job *job, const vd_camera *c
     set->rest_camera = *camera;
     set->rest_width = width;
     set->rest_height = height;
-    set->has_still = set->has_still && rests;
+    set->has_still = rests && vd_impostors_still_frame(set) != NULL;
     const bool whole = set->stats.waiting == 0 && set->missing == 0 && set->sending.count == 0;
     if (!set->def.settle || set->has_still || !rests || !whole || set->def.no_reuse ||
         set->def.tolerance_px == 0.0 || set->time_s - set->rest_since_s < set->def.rest_s ||
@@ -77,17 +82,18 @@ vd_status vd_impostors_settle(vd_impostors *set, vd_job *job, const vd_camera *c
 }
 
 bool vd_impostors_copy_still(const vd_impostors *set, const vd_camera *camera, vd_frame *frame) {
-    if (!set->has_still || set->time_s < set->still_s || frame->width != set->rest_width ||
+    const vd_frame *still = vd_impostors_still_frame(set);
+    if (still == NULL || set->time_s < set->still_s || frame->width != set->rest_width ||
         frame->height != set->rest_height || !same_camera(camera, &set->rest_camera)) {
         return false;
     }
     const size_t width = (size_t)frame->width;
     vd_frame_forget_objects(frame);
     for (int y = 0; y < frame->height; y++) {
-        const size_t from = (size_t)y * set->still->stride, to = (size_t)y * frame->stride;
-        memcpy(frame->rgba + 4 * to, set->still->rgba + 4 * from, 4 * width);
+        const size_t from = (size_t)y * still->stride, to = (size_t)y * frame->stride;
+        memcpy(frame->rgba + 4 * to, still->rgba + 4 * from, 4 * width);
         if (frame->depth != NULL) {
-            memcpy(frame->depth + to, set->still->depth + from, width * sizeof(float));
+            memcpy(frame->depth + to, still->depth + from, width * sizeof(float));
         }
     }
     return true;

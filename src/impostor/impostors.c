@@ -95,13 +95,14 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->def = used;
     set->cloud_detail = 1.0;
     set->versions = used.first_version;
-    set->scratch = &set->own_scratch;
+    set->scratch = set->still_in = &set->own_scratch;
     set->def.pool = NULL; /* until it has joined */
     vd_status made = vd_success();
     if (used.pool != NULL) {
         made = vd_impostor_pool_join(used.pool, world, renderer, &set->number);
         set->def.pool = made.code == VD_OK ? used.pool : NULL;
         set->scratch = made.code == VD_OK ? vd_impostor_pool_scratch(used.pool) : set->scratch;
+        set->still_in = used.ship ? set->scratch : set->still_in;
     }
     if (made.code != VD_OK) {
         vd_impostors_destroy(&set);
@@ -146,7 +147,7 @@ void vd_impostors_freeze(vd_impostors *set, bool frozen) {
 }
 
 bool vd_impostors_settled(const vd_impostors *set) {
-    return set->has_still && set->time_s >= set->still_s;
+    return vd_impostors_still_frame(set) != NULL && set->time_s >= set->still_s;
 }
 
 void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
@@ -168,6 +169,7 @@ void vd_impostor_scratch_release(vd_impostor_scratch *scratch) {
     vd_frame_destroy(&scratch->front);
     vd_frame_destroy(&scratch->relief);
     vd_frame_destroy(&scratch->wide);
+    vd_frame_destroy(&scratch->still);
 }
 
 void vd_impostors_destroy(vd_impostors **impostors) {
@@ -183,8 +185,10 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     for (size_t i = 0; i < set->sending.count; i++) {
         vd_impostor_release(set, &sending[i].picture);
     }
+    if (set->still_in->still_of == set) {
+        set->still_in->still_of = NULL;
+    }
     vd_impostor_scratch_release(&set->own_scratch);
-    vd_frame_destroy(&set->still);
     vd_impostors_release_extras(set);
     if (set->def.pool != NULL) {
         vd_impostor_pool_leave(set->def.pool);
