@@ -1,6 +1,7 @@
 /* The picture codecs: everything comes back, and nothing that comes does harm. */
 #include "codec_pictures.h"
 #include "remote/codec_runs.h"
+#include "remote/packed.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -452,14 +453,63 @@ static void test_automatic(void **state) {
     end(&f);
 }
 
+/* ---- what was packed --------------------------------------------------------------------------*/
+
+static void test_packed_are_bounded(void **state) {
+    (void)state;
+    static vd_packed_cache cache;
+    static uint8_t data[VD_PACKED_BYTES];
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    const size_t empty = vd_context_memory(context).bytes_now;
+    uint64_t random = 3;
+    for (uint64_t i = 1; i < 3000; i++) {
+        const size_t most = i < 1500 ? 1000 : 300000; /* many, then large ones */
+        const size_t bytes = 1 + (size_t)((double)most * test_uniform(&random));
+        memset(data, (int)(i & 255), bytes);
+        const vd_packed packed = {i, VD_CODEC_RUNS, 85, bytes, data};
+        vd_packed_keep(context, &cache, &packed);
+        const vd_packed *found = vd_packed_find(&cache, i, VD_CODEC_RUNS, 85);
+        assert_non_null(found);
+        assert_int_equal(found->bytes, bytes);
+        assert_memory_equal(found->data, data, bytes);
+        assert_null(vd_packed_find(&cache, i, VD_CODEC_PNG, 85));
+        assert_null(vd_packed_find(&cache, i, VD_CODEC_RUNS, 84));
+        size_t sum = 0;
+        for (int k = 0; k < VD_PACKED_MOST; k++) {
+            sum += cache.items[k].bytes;
+        }
+        assert_true(sum == cache.bytes && sum <= VD_PACKED_BYTES);
+        if (i > 20) { /* the newest are there */
+            assert_non_null(vd_packed_find(&cache, i - 5, VD_CODEC_RUNS, 85));
+        }
+    }
+    const vd_packed large = {5000, VD_CODEC_RUNS, 85, VD_PACKED_BYTES, data};
+    const vd_packed unnumbered = {0, VD_CODEC_RUNS, 85, 10, data};
+    const size_t before = cache.bytes;
+    vd_packed_keep(context, &cache, &large);
+    vd_packed_keep(context, &cache, &unnumbered);
+    assert_int_equal(cache.bytes, before);
+    assert_null(vd_packed_find(&cache, 0, VD_CODEC_RUNS, 85));
+    vd_packed_clear(context, &cache);
+    assert_int_equal(vd_context_memory(context).bytes_now, empty);
+    vd_context_destroy(&context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trips),      cmocka_unit_test(test_bounds_hold_for_noise),
-        cmocka_unit_test(test_sizes_make_sense), cmocka_unit_test(test_runs_to_the_byte),
-        cmocka_unit_test(test_long_runs),        cmocka_unit_test(test_truncations),
-        cmocka_unit_test(test_mutations),        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_out_of_memory),    cmocka_unit_test(test_warm_runs_allocate_nothing),
-        cmocka_unit_test(test_choice),           cmocka_unit_test(test_automatic),
+        cmocka_unit_test(test_round_trips),
+        cmocka_unit_test(test_bounds_hold_for_noise),
+        cmocka_unit_test(test_sizes_make_sense),
+        cmocka_unit_test(test_runs_to_the_byte),
+        cmocka_unit_test(test_long_runs),
+        cmocka_unit_test(test_truncations),
+        cmocka_unit_test(test_mutations),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_out_of_memory),
+        cmocka_unit_test(test_warm_runs_allocate_nothing),
+        cmocka_unit_test(test_choice),
+        cmocka_unit_test(test_automatic),
+        cmocka_unit_test(test_packed_are_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

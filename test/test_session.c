@@ -548,48 +548,6 @@ static void random_messages_do_no_harm(void **state) {
     }
 }
 
-/* ---- what was packed --------------------------------------------------------------------------*/
-
-static void packed_pictures_are_bounded(void **state) {
-    (void)state;
-    static vd_packed_cache cache;
-    static uint8_t data[VD_PACKED_BYTES];
-    vd_context *context = test_context(1, VD_ISA_AUTO);
-    const size_t empty = vd_context_memory(context).bytes_now;
-    uint64_t random = 3;
-    for (uint64_t i = 1; i < 3000; i++) {
-        const size_t most = i < 1500 ? 1000 : 300000; /* many, then large ones */
-        const size_t bytes = 1 + (size_t)((double)most * test_uniform(&random));
-        memset(data, (int)(i & 255), bytes);
-        const vd_packed packed = {i, VD_CODEC_RUNS, 85, bytes, data};
-        vd_packed_keep(context, &cache, &packed);
-        const vd_packed *found = vd_packed_find(&cache, i, VD_CODEC_RUNS, 85);
-        assert_non_null(found);
-        assert_int_equal(found->bytes, bytes);
-        assert_memory_equal(found->data, data, bytes);
-        assert_null(vd_packed_find(&cache, i, VD_CODEC_PNG, 85));
-        assert_null(vd_packed_find(&cache, i, VD_CODEC_RUNS, 84));
-        size_t sum = 0;
-        for (int k = 0; k < VD_PACKED_MOST; k++) {
-            sum += cache.items[k].bytes;
-        }
-        assert_true(sum == cache.bytes && sum <= VD_PACKED_BYTES);
-        if (i > 20) { /* the newest are there */
-            assert_non_null(vd_packed_find(&cache, i - 5, VD_CODEC_RUNS, 85));
-        }
-    }
-    const vd_packed large = {5000, VD_CODEC_RUNS, 85, VD_PACKED_BYTES, data};
-    const vd_packed unnumbered = {0, VD_CODEC_RUNS, 85, 10, data};
-    const size_t before = cache.bytes;
-    vd_packed_keep(context, &cache, &large);
-    vd_packed_keep(context, &cache, &unnumbered);
-    assert_int_equal(cache.bytes, before);
-    assert_null(vd_packed_find(&cache, 0, VD_CODEC_RUNS, 85));
-    vd_packed_clear(context, &cache);
-    assert_int_equal(vd_context_memory(context).bytes_now, empty);
-    vd_context_destroy(&context);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(it_settles_to_the_exact_picture),
                                        cmocka_unit_test(it_follows_a_moving_camera),
@@ -603,7 +561,6 @@ int main(void) {
                                        cmocka_unit_test(who_comes_back_goes_on),
                                        cmocka_unit_test(what_is_wrong_ends_it),
                                        cmocka_unit_test(who_says_bye_is_gone),
-                                       cmocka_unit_test(random_messages_do_no_harm),
-                                       cmocka_unit_test(packed_pictures_are_bounded)};
+                                       cmocka_unit_test(random_messages_do_no_harm)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
