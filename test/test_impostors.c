@@ -139,6 +139,123 @@ static void bad_input_is_refused(void **state) {
     parallel.far_m = 100;
     assert_int_equal(vd_impostors_update(s.set, NULL, &parallel, WIDTH, HEIGHT, 9, NULL).code,
                      VD_ERROR_ARGUMENT);
+    vd_frame *frame = NULL;
+    assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frame));
+    assert_int_equal(vd_impostors_draw(s.set, NULL, &parallel, frame, NULL).code,
+                     VD_ERROR_ARGUMENT);
+    vd_frame_destroy(&frame);
+    static const int sizes[4][2] = {{0, 5}, {5, 0}, {-1, 5}, {VD_MAX_SIDE + 1, 5}};
+    for (int i = 0; i < 4; i++) {
+        assert_int_equal(
+            vd_impostors_update(s.set, NULL, &camera, sizes[i][0], sizes[i][1], 9, NULL).code,
+            VD_ERROR_ARGUMENT);
+    }
+    end(&s);
+}
+
+/* What is kept as it is, or lies under an overlay, is not what vd_world_renderer_draw draws. */
+static void only_the_still_picture_is_settled(void **state) {
+    (void)state;
+    scene s;
+    const vd_impostor_def def = patient();
+    begin(&s, 50, &def);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    for (int i = 0; i < 20 && !vd_impostors_settled(s.set); i++) {
+        (void)step(&s, &camera);
+    }
+    assert_true(vd_impostors_settled(s.set));
+    assert_non_null(vd_impostors_still(s.set));
+    vd_impostors_freeze(s.set, true);
+    assert_false(vd_impostors_settled(s.set));
+    assert_null(vd_impostors_still(s.set));
+    vd_impostors_freeze(s.set, false);
+    assert_ok(vd_impostors_set_show(s.set, VD_IMPOSTOR_SHOW_BOUNDS));
+    assert_false(vd_impostors_settled(s.set));
+    assert_ok(vd_impostors_set_show(s.set, VD_IMPOSTOR_SHOW_PICTURES));
+    assert_true(vd_impostors_settled(s.set));
+    end(&s);
+}
+
+/* ---- planes and turns -------------------------------------------------------------------------*/
+
+/* A world of a wall, 10 m × 3 m, that stands askew, and nothing else; `plane` is its normal or 0.
+ */
+static void begin_wall(scene *s, bool planed, const vd_impostor_def *def) {
+    *s = (scene){.context = test_context(2, VD_ISA_AUTO)};
+    assert_ok(vd_world_create(s->context, NULL, &s->world));
+    vd_model *model = ball(s->context);
+    const vd_matrix turn =
+        vd_matrix_rotation(vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), 0.785));
+    vd_instance_def wall = {.plane = vd_vec3_make(0, 0, 0)};
+    vd_model_bounds(model, &wall.min, &wall.max);
+    const vd_vec3 size = vd_vec3_subtract(wall.max, wall.min);
+    const vd_matrix flat = vd_matrix_scaling(vd_vec3_make(10 / size.x, 0.2 / size.y, 3 / size.z));
+    wall.transform = vd_matrix_multiply(&turn, &flat);
+    if (planed) {
+        wall.plane = vd_matrix_transform(&turn, vd_vec3_make(0, 7, 0));
+    }
+    assert_ok(vd_world_add_model(s->world, &model, &wall.model));
+    vd_object *object = NULL;
+    assert_ok(vd_instance_create(s->context, &wall, &object));
+    assert_ok(vd_world_add(s->world, &object));
+    assert_ok(vd_world_arrange(s->world, NULL));
+    assert_ok(vd_world_renderer_create(s->context, NULL, s->world, NULL, &s->renderer));
+    assert_ok(vd_impostors_create(s->context, s->world, s->renderer, def, &s->set));
+}
+
+static void a_walls_picture_lies_in_its_plane(void **state) {
+    (void)state;
+    vd_impostor_def def = patient();
+    def.settle = false;
+    uint64_t drawn[2] = {0, 0};
+    for (int planed = 0; planed < 2; planed++) {
+        scene s;
+        begin_wall(&s, planed == 1, &def);
+        vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+        camera.orientation = vd_orientation_from_angles(0.0, 0.0, 0.0);
+        for (int i = 0; i < 120; i++) { /* past it, at 6 m a second */
+            camera.eye = vd_vec3_make(-6 + 0.1 * i, -50, 2);
+            const vd_impostor_stats stats = step(&s, &camera);
+            assert_true(stats.error_px <= def.tolerance_px + 0.25);
+            drawn[planed] += stats.drawn;
+        }
+        const vd_impostor_slot *slot = vd_impostor_slot_at(s.set, 0);
+        const double along =
+            fabs(vd_vec3_dot(slot->now.plane.normal, vd_vec3_make(sin(0.785), -cos(0.785), 0)));
+        assert_true((along > 1 - 1e-6) == (planed == 1));
+        vd_impostors_destroy(&s.set);
+        vd_world_renderer_destroy(&s.renderer);
+        vd_world_destroy(&s.world);
+        vd_context_destroy(&s.context);
+    }
+    if (!(2 * drawn[1] < drawn[0])) {
+        fail_msg("%d pictures in its plane, %d in others", (int)drawn[1], (int)drawn[0]);
+    }
+}
+
+/* What a camera that turns evenly will see comes over a slow link before it is seen. */
+static void a_turn_is_foreseen(void **state) {
+    (void)state;
+    vd_impostor_def def = patient();
+    def.link_bytes_per_s = 1e8;
+    def.link_latency_s = 0.1;
+    def.settle = false;
+    scene s;
+    begin(&s, 300, &def);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    uint64_t late = 0, seen = 0;
+    for (int i = 0; i < 90; i++) { /* 45 degrees a second */
+        camera.orientation = vd_orientation_from_angles(0.1 + i * 0.0131, -0.25, 0.0);
+        const vd_impostor_stats stats = step(&s, &camera);
+        if (i >= 30) {
+            late += s.set->missing;
+            seen += stats.shown;
+        }
+        check_once(&s, &camera);
+    }
+    if (late > 0 || seen < 100) {
+        fail_msg("%d of %d came late", (int)late, (int)seen);
+    }
     end(&s);
 }
 
@@ -388,6 +505,9 @@ int main(void) {
         cmocka_unit_test(moves_keep_to_the_tolerance),
         cmocka_unit_test(memory_is_kept),
         cmocka_unit_test(bad_input_is_refused),
+        cmocka_unit_test(only_the_still_picture_is_settled),
+        cmocka_unit_test(a_walls_picture_lies_in_its_plane),
+        cmocka_unit_test(a_turn_is_foreseen),
         cmocka_unit_test(tolerance_zero_always_draws),
         cmocka_unit_test(a_link_takes_its_time),
         cmocka_unit_test(a_remote_picture_comes_after_it_was_drawn),

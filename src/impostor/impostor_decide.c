@@ -34,6 +34,7 @@ typedef struct deciding {
     double most_px; /* of any picture: it must not fill the memory, nor be larger than the screen */
     double speed;   /* of the camera, metres a second */
     bool wishing;   /* pictures that are missing are asked for */
+    double urgency; /* factor on what they are worth */
     bool any_need;
     vd_cells need; /* ground that this walk found too near for pictures */
     vd_status status;
@@ -158,7 +159,7 @@ static bool ask(deciding *d, uint32_t index, double *screen_error) {
         }
         *to = (vd_impostor_wish){number,
                                  vd_impostor_parallax(set, d->view, slot) <= set->def.tolerance_px,
-                                 side * side, shown * side * side};
+                                 side * side, d->urgency * shown * side * side};
     }
     return slot->now.rgba != NULL || slot->empty;
 }
@@ -487,6 +488,25 @@ static vd_status decide_ground(deciding *d) {
 
 /* ---- all of it --------------------------------------------------------------------------------*/
 
+/* What is not seen yet is worth this much of what is. */
+#define NOT_YET 0.01
+
+/* Asks for pictures of what a turning camera will see, and shows nothing of it. */
+static vd_status look_ahead(const deciding *now) {
+    vd_impostor_view view = *now->view;
+    view.frustum = view.ahead;
+    deciding d = *now;
+    d.view = &view;
+    d.urgency = NOT_YET;
+    if (d.set->ground.count > 0) {
+        (void)walk_patch(&d, d.set->ground.count - 1, false);
+    }
+    if (d.status.code == VD_OK) {
+        (void)walk_children(&d, 0, false);
+    }
+    return d.status;
+}
+
 vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
     const double memory_px = sqrt((double)set->def.memory_bytes / (4.0 * LEAST_KEPT));
     const double screen_px = view->width > view->height ? view->width : view->height;
@@ -495,6 +515,7 @@ vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
                   .most_px = memory_px < screen_px ? memory_px : screen_px,
                   .speed = vd_vec3_length(view->velocity),
                   .wishing = true,
+                  .urgency = 1.0,
                   .status = vd_success()};
     set->far.count = set->shown.count = set->direct.count = set->lines.count = 0;
     set->wishes.count = set->ranks.count = 0;
@@ -507,6 +528,9 @@ vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
     }
     if (d.status.code == VD_OK) {
         (void)walk_children(&d, 0, true);
+    }
+    if (d.status.code == VD_OK && view->turning) {
+        d.status = look_ahead(&d);
     }
     return d.status.code == VD_OK ? vd_impostors_sort_shown(set) : d.status;
 }

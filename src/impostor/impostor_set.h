@@ -67,7 +67,7 @@ typedef struct vd_impostor_wish {
     uint32_t slot;
     bool finer;   /* only because the picture there is coarser than the screen, or lacks an edge */
     double area;  /* pixels on screen, about */
-    double worth; /* screen error × area */
+    double worth; /* screen error × area; of what is not seen yet less */
 } vd_impostor_wish;
 
 /* A picture for a client that belongs to no slot: a side of the sky, or what is in front. */
@@ -169,6 +169,9 @@ struct vd_impostors {
     bool moving;           /* there was one */
     vd_vec3 eye, velocity; /* as it is believed */
     vd_vec3 last_velocity; /* of the last step alone */
+    vd_quat facing;        /* of the last update's camera */
+    vd_vec3 turn;          /* radians a second about the world's axes, as it is believed */
+    vd_vec3 last_turn;     /* of the last step alone */
     vd_impostor_stats stats;
 };
 
@@ -178,6 +181,8 @@ typedef struct vd_impostor_view {
     vd_camera camera; /* as it is */
     int width, height;
     vd_frustum frustum;
+    bool turning;     /* the camera does: in a while it will see */
+    vd_frustum ahead; /* this */
     vd_vec3 velocity; /* metres a second */
     double focal_px, drop_per_m2;
     double detail; /* pixels a side of a picture to one of the screen */
@@ -190,6 +195,12 @@ static inline unsigned vd_impostor_sides(const vd_impostor_view *view, const vd_
     return (view->u < cells->c0 ? 1u : 0u) | (view->u > cells->c1 + 1 ? 2u : 0u) |
            (view->v < cells->r0 ? 4u : 0u) | (view->v > cells->r1 + 1 ? 8u : 0u);
 }
+
+/* Whether a camera and a size can be shown; returns VD_ERROR_ARGUMENT. */
+VD_MUST_USE vd_status vd_impostors_check(const vd_camera *camera, int width, int height);
+
+/* Learns from a camera how it moves. */
+void vd_impostors_follow(vd_impostors *set, const vd_camera *camera, double time_s);
 
 /* The view of the last update's camera, eye and motion. */
 vd_impostor_view vd_impostors_view(const vd_impostors *set, const vd_camera *camera, int width,

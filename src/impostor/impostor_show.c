@@ -290,7 +290,7 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
 
 vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *camera,
                             vd_frame *frame, vd_impostor_stats *stats) {
-    vd_status status = vd_camera_validate(camera);
+    vd_status status = vd_impostors_check(camera, frame->width, frame->height);
     const bool lend = frame->depth == NULL;
     if (status.code == VD_OK && lend) {
         status = vd_buffer_reserve(set->context, &set->depth, "a picture's depth",

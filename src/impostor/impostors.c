@@ -5,13 +5,6 @@
 #include "core/core.h"
 #include "impostor/impostor_pool.h"
 
-/* How fast the camera's motion is believed. */
-#define MOTION_SHARE 0.5
-
-/* A step may be so many times longer than the last and still be the same motion: cameras of a
- * stream come one or two at a time. */
-#define MOST_CHANGE 4.0
-
 vd_impostor_def vd_impostor_def_default(void) {
     vd_impostor_def def = {.tolerance_px = 1.0,
                            .budget_s = 5e-3,
@@ -147,7 +140,8 @@ void vd_impostors_freeze(vd_impostors *set, bool frozen) {
 }
 
 bool vd_impostors_settled(const vd_impostors *set) {
-    return vd_impostors_still_frame(set) != NULL && set->time_s >= set->still_s;
+    return vd_impostors_still_frame(set) != NULL && set->time_s >= set->still_s && !set->frozen &&
+           set->def.show == VD_IMPOSTOR_SHOW_PICTURES;
 }
 
 void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
@@ -245,52 +239,6 @@ static int compare_wishes(const void *a, const void *b) {
     const vd_impostor_wish *x = a, *y = b;
     return x->worth != y->worth ? (x->worth < y->worth) - (x->worth > y->worth)
                                 : (x->slot > y->slot) - (x->slot < y->slot);
-}
-
-/* Where the camera goes: constant velocity. A step that is like none before it, as when the camera
- * is put somewhere else, is not believed to go on. */
-static void follow(vd_impostors *set, const vd_camera *camera, double time_s) {
-    const double passed = time_s - set->time_s;
-    set->interval_s = set->moving ? passed : 0.0;
-    if (set->moving && passed > 0.0) {
-        const vd_vec3 way = vd_vec3_subtract(camera->eye, set->eye);
-        const vd_vec3 now = vd_vec3_scale(way, 1.0 / passed);
-        set->velocity = vd_vec3_add(vd_vec3_scale(set->velocity, 1.0 - MOTION_SHARE),
-                                    vd_vec3_scale(now, MOTION_SHARE));
-        const double change = vd_vec3_length(vd_vec3_subtract(now, set->last_velocity));
-        if (vd_vec3_length(way) == 0.0 ||
-            change > MOST_CHANGE * vd_vec3_length(set->last_velocity)) {
-            set->velocity = vd_vec3_make(0, 0, 0);
-        }
-        set->last_velocity = now;
-    }
-    set->moving = true;
-    set->eye = camera->eye;
-    set->time_s = time_s;
-}
-
-vd_impostor_view vd_impostors_view(const vd_impostors *set, const vd_camera *camera, int width,
-                                   int height) {
-    /* Half of the time that a picture made now is at least shown. */
-    double ahead_s = 0.5 * set->def.least_reuse / set->def.rate_hz;
-    if (set->def.link_bytes_per_s > 0.0) { /* and until it comes */
-        ahead_s += fmax(set->link_free_s - set->time_s, 0.0) + set->def.link_latency_s;
-    }
-    vd_impostor_view view = {.eye = vd_vec3_add(camera->eye, vd_vec3_scale(set->velocity, ahead_s)),
-                             .camera = *camera,
-                             .width = width,
-                             .height = height,
-                             .focal_px = fmax(camera->lens.fx, camera->lens.fy),
-                             .detail = 1.0,
-                             .velocity = set->velocity};
-    const int x = (int)(set->def.spare * width), y = (int)(set->def.spare * height);
-    vd_camera wide = *camera;
-    wide.lens.cx += x;
-    wide.lens.cy += y;
-    view.frustum = vd_camera_frustum(&wide, width + 2 * x, height + 2 * y);
-    view.drop_per_m2 = set->world->def.terrain.curvature ? vd_curvature_drop(1.0) : 0.0;
-    vd_ground_at(&set->ground, camera->eye.x, camera->eye.y, &view.u, &view.v);
-    return view;
 }
 
 /* While things are drawn themselves for want of pictures each picture makes every frame shorter:
@@ -418,14 +366,26 @@ static vd_status make_all(vd_impostors *set, vd_job *job, const vd_impostor_view
     return status;
 }
 
+vd_status vd_impostors_check(const vd_camera *camera, int width, int height) {
+    const vd_status status = vd_camera_validate(camera);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    if (camera->projection != VD_PROJECTION_PERSPECTIVE) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "impostors are shown through a perspective camera; parallel rays have no "
+                          "parallax to wait for");
+    }
+    return width >= 1 && height >= 1 && width <= VD_MAX_SIDE && height <= VD_MAX_SIDE
+               ? vd_success()
+               : vd_failure(VD_ERROR_ARGUMENT,
+                            "impostors cannot be shown in %d x %d pixels; give 1 to %d a side",
+                            width, height, VD_MAX_SIDE);
+}
+
 vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *camera, int width,
                               int height, double time_s, vd_impostor_stats *stats) {
-    vd_status status = vd_camera_validate(camera);
-    if (status.code == VD_OK && camera->projection != VD_PROJECTION_PERSPECTIVE) {
-        status = vd_failure(VD_ERROR_ARGUMENT,
-                            "impostors are shown through a perspective camera; parallel rays have "
-                            "no parallax to wait for");
-    }
+    vd_status status = vd_impostors_check(camera, width, height);
     if (status.code == VD_OK && !(isfinite(time_s) && (!set->moving || time_s >= set->time_s))) {
         status = vd_failure(VD_ERROR_ARGUMENT,
                             "an update at %g s comes after one at %g s; time goes "
@@ -444,7 +404,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     }
     set->update++;
     set->stats.drawn = 0;
-    follow(set, camera, time_s);
+    vd_impostors_follow(set, camera, time_s);
     vd_impostors_receive(set);
     const vd_impostor_view view = vd_impostors_view(set, camera, width, height);
     status = make_all(set, job, &view);
