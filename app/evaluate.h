@@ -1,14 +1,17 @@
 /* evaluate.h: the measure of impostors: what is on screen against what should be.
  *
  * Lawlor 2004, §5.1: a stream of viewpoints, perfect frames of them, a run that shows what it has
- * in time, and the difference of the two (eq. 5.1). Three programs are measured on one stream:
- * impostors, impostors without reuse, and screen shipping (whole frames over the same link).
+ * in time, and the difference of the two (eq. 5.1). Four programs are measured on one stream:
+ * impostors, impostors without reuse, screen shipping (whole frames over the same link), and frames
+ * that are drawn directly in no time, of which nothing is wrong but that they stand for a sixtieth
+ * of a second.
  */
 #ifndef VEDUTA_APP_EVALUATE_H
 #define VEDUTA_APP_EVALUATE_H
 
 #include "fly_world.h"
 #include "path_file.h"
+#include "remote_module.h"
 
 /* Behind `render`'s, whose places in the table stay. */
 enum {
@@ -20,6 +23,8 @@ enum {
     EVALUATE_FADE,
     EVALUATE_BANDWIDTH,
     EVALUATE_LATENCY,
+    EVALUATE_CODEC,
+    EVALUATE_QUALITY,
     EVALUATE_RATE,
     EVALUATE_SECONDS,
     EVALUATE_COMPARE,
@@ -37,6 +42,7 @@ typedef enum vd_evaluated {
     VD_EVALUATED_IMPOSTORS = 0,
     VD_EVALUATED_SCREEN,
     VD_EVALUATED_NO_REUSE,
+    VD_EVALUATED_DIRECT, /* drawn itself, in no time, without a link: what a display costs */
     VD_EVALUATED_COUNT
 } vd_evaluated;
 
@@ -51,6 +57,8 @@ typedef struct vd_evaluate_settings {
     vd_evaluated first, last; /* the programs that run */
     int reference_samples;    /* a pixel, of perfect frames */
     bool is_virtual;
+    vd_codec codec; /* of what goes over the link */
+    int quality;    /* of codecs with losses */
 } vd_evaluate_settings;
 
 /* Fills the table; its texts live as long as the program. */
@@ -62,6 +70,30 @@ void vd_evaluate_print_help(void);
 VD_MUST_USE vd_status vd_evaluate_settings_read(const vd_options *options, const char *path_file,
                                                 vd_evaluate_settings *out);
 
+/* The word of --codec. */
+const char *vd_evaluate_codec_name(vd_codec codec);
+
+/* ---- packing ----------------------------------------------------------------------------------*/
+
+/* What makes pictures and screens small for the link. */
+typedef struct vd_packer {
+    vd_remote_module remote;
+    vd_coder *coder; /* null: nothing is packed */
+    vd_encode_def def;
+    uint8_t *bytes;
+    size_t room;
+    double decode_s; /* that unpacking has taken, all in all */
+} vd_packer;
+
+/* Returns VD_ERROR_UNSUPPORTED where veduta-remote is missing, or VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_packer_init(vd_context *context, const vd_evaluate_settings *settings,
+                                     vd_packer *out);
+void vd_packer_finish(vd_packer *packer);
+
+/* Packs rgba [height][stride][4] and unpacks it in its place. Returns the bytes on the way: of what
+ * cannot be packed, and without a codec, width × height × 4. */
+size_t vd_packer_pass(vd_packer *packer, uint8_t *rgba, int width, int height, size_t stride);
+
 /* ---- a run ------------------------------------------------------------------------------------*/
 
 /* Of one program. Sums are over displayed frames until they are divided. */
@@ -72,7 +104,7 @@ typedef struct vd_evaluated_figures {
     double error;             /* e, eq. 5.1: mean of `errors` */
     double *errors;           /* [compared] e(t); owned by the evaluation */
     double busy_s, slowest_s; /* work on all frames, on the longest of them: of this machine */
-    uint64_t bytes;           /* over the link */
+    uint64_t bytes, pixels;   /* over the link; pixels of impostors */
     uint64_t uploads;
     double reuse, overdraw, shown, direct; /* of impostors: R; the others are means */
     double error_px, show_s;
@@ -86,6 +118,7 @@ typedef struct vd_evaluation {
     vd_job *job;
     vd_fly_world *world;
     const vd_camera_path *path;
+    vd_packer *packer;
     double seconds;
     int compared; /* moments */
     vd_evaluated_figures of[VD_EVALUATED_COUNT];

@@ -5,8 +5,9 @@
 #include "evaluate.h"
 #include "gnuplot.h"
 
-static const char *const keys[VD_EVALUATED_COUNT] = {"impostors", "screen", "no_reuse"};
-static const char *const names[VD_EVALUATED_COUNT] = {"impostors", "whole screens", "no reuse"};
+static const char *const keys[VD_EVALUATED_COUNT] = {"impostors", "screen", "no_reuse", "direct"};
+static const char *const names[VD_EVALUATED_COUNT] = {"impostors", "whole screens", "no reuse",
+                                                      "direct"};
 
 static bool runs(const vd_evaluation *e, int kind) {
     return kind >= (int)e->settings->first && kind <= (int)e->settings->last;
@@ -31,7 +32,7 @@ static bool add(json_t *root, const char *key, json_t *value) {
 /* How long frames took is this machine's: not said of a virtual clock. */
 static bool add_times(const vd_evaluation *e, json_t *root, int kind) {
     const vd_evaluated_figures *f = &e->of[kind];
-    if (e->settings->is_virtual) {
+    if (e->settings->is_virtual || kind == VD_EVALUATED_DIRECT) {
         return true;
     }
     const double frames = f->made > 0 ? (double)f->made : 1.0;
@@ -43,11 +44,11 @@ static bool add_times(const vd_evaluation *e, json_t *root, int kind) {
 /* What only impostors have. */
 static bool add_impostors(const vd_evaluation *e, json_t *root, int kind) {
     const vd_evaluated_figures *f = &e->of[kind];
-    return kind == VD_EVALUATED_SCREEN ||
+    return kind == VD_EVALUATED_SCREEN || kind == VD_EVALUATED_DIRECT ||
            (add(root, "reuse", json_real(f->reuse)) &&
             add(root, "overdraw", json_real(f->overdraw)) &&
             add(root, "uploads_per_s", json_real((double)f->uploads / e->seconds)) &&
-            add(root, "pixels_per_s", json_real((double)f->bytes / 4.0 / e->seconds)) &&
+            add(root, "pixels_per_s", json_real((double)f->pixels / e->seconds)) &&
             add(root, "direct_objects", json_real(f->direct)) &&
             add(root, "impostors", json_real(f->shown)) &&
             add(root, "screen_error_px", json_real(f->error_px)) &&
@@ -84,7 +85,7 @@ static json_t *settings_json(const vd_evaluation *e) {
         s->impostors.link_latency_s, "rate", s->rate_hz, "compare", s->compare_hz, "virtual",
         (int)s->is_virtual, "seconds", e->seconds, "memory", (json_int_t)s->impostors.memory_bytes);
     const bool good =
-        root != NULL &&
+        root != NULL && add(root, "codec", json_string(vd_evaluate_codec_name(s->codec))) &&
         (s->is_virtual
              ? add(root, "budget_pixels", json_integer((json_int_t)s->impostors.budget_pixels))
              : add(root, "budget", json_real(s->impostors.budget_s)) &&
@@ -124,6 +125,7 @@ json_t *vd_evaluation_json(const vd_evaluation *e, bool series) {
     bool good = root != NULL && add(root, "veduta", json_string(vd_version())) &&
                 add(root, "screen", part_json(e, VD_EVALUATED_SCREEN)) &&
                 add(root, "no_reuse", part_json(e, VD_EVALUATED_NO_REUSE)) &&
+                add(root, "direct", part_json(e, VD_EVALUATED_DIRECT)) &&
                 add(root, "settings", settings_json(e));
     good = good && (!series || add(root, "errors", series_json(e)));
     if (!good) {
@@ -139,7 +141,7 @@ static bool print_impostors(const vd_evaluation *e) {
         runs(e, VD_EVALUATED_IMPOSTORS) ? VD_EVALUATED_IMPOSTORS : (int)e->settings->first;
     const vd_evaluated_figures *f = &e->of[kind];
     bool good = true;
-    if (kind != VD_EVALUATED_SCREEN) {
+    if (kind != VD_EVALUATED_SCREEN && kind != VD_EVALUATED_DIRECT) {
         good =
             printf("\nreuse          %10.2f\noverdraw       %10.2f\nimpostors      %10.1f a frame\n"
                    "drawn direct   %10.1f a frame\nuploads        %10.1f a second\n",
@@ -175,7 +177,8 @@ bool vd_evaluation_print(const vd_evaluation *e) {
 }
 
 vd_status vd_evaluation_plot(const vd_evaluation *e, const char *path) {
-    static const char *const colors[VD_EVALUATED_COUNT] = {"#0060a8", "#c46a00", "#7a3b94"};
+    static const char *const colors[VD_EVALUATED_COUNT] = {"#0060a8", "#c46a00", "#7a3b94",
+                                                           "#555555"};
     FILE *script = tmpfile();
     if (script == NULL) {
         return vd_failure(VD_ERROR_IO, "cannot make a temporary file for gnuplot: %s",

@@ -1,4 +1,4 @@
-/* evaluate_run.c: three programs on one stream of viewpoints.
+/* evaluate_run.c: four programs on one stream of viewpoints.
  *
  * Each has a clock of its own that runs while the program itself works, and is turned on to the
  * next thing that happens when it waits; drawing perfect frames and comparing takes none of it.
@@ -22,6 +22,7 @@
 typedef struct shipped {
     double arrives_s;
     long viewpoint;
+    size_t bytes;
 } shipped;
 
 enum { MOST_SHIPPED = 8192 }; /* 60 s of latency at DISPLAY_HZ, and more */
@@ -32,7 +33,8 @@ typedef struct program {
     double frame;            /* of the virtual clock's display */
     double begins_s;         /* when the next frame does */
     vd_frame *screen, *next; /* what is on screen; what is drawn */
-    vd_impostors *impostors; /* null: screens are shipped */
+    vd_impostors *impostors; /* null: screens are shipped, or */
+    bool direct;             /* all is drawn in no time */
     bool waits;              /* `next` comes onto the screen, at */
     double done_s;
     double took_s;    /* a frame lately; virtually 0 */
@@ -72,6 +74,14 @@ static vd_camera camera_ahead(const vd_evaluation *e, long viewpoint, double ahe
         vd_quat_normalize((vd_quat){b.x + k * (b.x - sign * a.x), b.y + k * (b.y - sign * a.y),
                                     b.z + k * (b.z - sign * a.z), b.w + k * (b.w - sign * a.w)});
     return camera;
+}
+
+/* How far ahead: what is drawn now is shown from when it is done until the next frame is, and
+ * compared with viewpoints that are half their time old. */
+static double ahead_of(const vd_evaluation *e, double begins_s, double took_s) {
+    const double rest_s = took_s > 1.0 / DISPLAY_HZ ? took_s : 1.0 / DISPLAY_HZ;
+    return begins_s - viewpoint_at(e, begins_s) / e->settings->rate_hz + took_s + 0.5 * rest_s -
+           0.5 / e->settings->rate_hz;
 }
 
 /* Spread over the frames' time by the golden ratio, so that no rate of frames is always met early
@@ -120,6 +130,7 @@ static void count_frame(program *p, const vd_impostor_stats *stats) {
         f->whole += stats->in_flight == 0 && stats->waiting == 0;
     }
     f->bytes = stats->bytes_sent;
+    f->pixels = stats->pixels_sent;
     f->uploads = stats->uploads;
     f->failed = stats->failed;
     f->dropped = stats->dropped;
@@ -135,14 +146,10 @@ static void count_frame(program *p, const vd_impostor_stats *stats) {
 /* Draws the frame that begins now. */
 static vd_status show_impostors(program *p) {
     const vd_evaluation *e = p->e;
-    /* What is drawn now is shown from when it is done until the next frame is, and compared with
-     * viewpoints that are half their time old. */
-    const double ahead_s = p->begins_s - viewpoint_at(e, p->begins_s) / e->settings->rate_hz +
-                           p->took_s + 0.5 * later(p->took_s, 1.0 / DISPLAY_HZ) -
-                           0.5 / e->settings->rate_hz;
-    const vd_camera camera = camera_ahead(e, viewpoint_at(e, p->begins_s), ahead_s);
+    const vd_camera camera =
+        camera_ahead(e, viewpoint_at(e, p->begins_s), ahead_of(e, p->begins_s, p->took_s));
     vd_impostor_stats stats = {0};
-    const double start = vd_seconds_now();
+    const double start = vd_seconds_now(), decoded = e->packer->decode_s;
     vd_status status = vd_impostors_update(p->impostors, e->job, &camera, p->next->width,
                                            p->next->height, p->begins_s, &stats);
     if (status.code == VD_OK) {
@@ -151,8 +158,10 @@ static vd_status show_impostors(program *p) {
     if (status.code != VD_OK) {
         return status;
     }
-    /* Pictures are drawn at the far end, which has a clock of its own: vd_impostor_def.remote. */
-    const double drew = e->settings->impostors.remote ? stats.draw_s : 0.0;
+    /* Pictures are drawn and packed at the far end, which has a clock of its own:
+     * vd_impostor_def.remote. They are unpacked here. */
+    const double unpacked = e->packer->decode_s - decoded;
+    const double drew = e->settings->impostors.remote ? stats.draw_s - unpacked : 0.0;
     const double took = vd_seconds_now() - start - drew;
     worked(p, took);
     count_frame(p, &stats);
@@ -187,6 +196,11 @@ static vd_status impostors_until(program *p, double time_s) {
 
 /* ---- whole screens ----------------------------------------------------------------------------*/
 
+/* Makes a frame what it is after the link; returns its bytes there. */
+static size_t pass(const vd_evaluation *e, vd_frame *frame) {
+    return vd_packer_pass(e->packer, frame->rgba, frame->width, frame->height, frame->stride);
+}
+
 /* Draws a screen and puts it on the link. The next one begins so that it is done when the link is
  * free for it: no earlier, since it would be older then. */
 static vd_status ship_screen(program *p) {
@@ -194,24 +208,30 @@ static vd_status ship_screen(program *p) {
     const vd_evaluate_settings *s = e->settings;
     const long viewpoint = viewpoint_at(e, p->begins_s);
     vd_status status = vd_success();
-    double took = 0.0;
-    if (!s->is_virtual) {
+    double took = 0.0, unpacked = e->packer->decode_s;
+    size_t bytes = 4 * (size_t)s->render.width * (size_t)s->render.height;
+    if (!s->is_virtual || e->packer->coder != NULL) {
         const vd_camera camera = camera_of(e, viewpoint);
         const double start = vd_seconds_now();
         status = vd_fly_draw(e->world, &camera, p->next);
+        bytes = pass(e, p->next);
         took = vd_seconds_now() - start;
+    }
+    unpacked = s->is_virtual ? 0.0 : e->packer->decode_s - unpacked;
+    took = s->is_virtual ? 0.0 : took - unpacked;
+    if (!s->is_virtual) {
         worked(p, took);
         p->figures->made++;
     }
-    const double bytes = 4.0 * s->render.width * s->render.height;
     const double done = p->begins_s + took;
     if (s->impostors.link_bytes_per_s > 0.0) {
-        p->link_free_s = later(done, p->link_free_s) + bytes / s->impostors.link_bytes_per_s;
+        p->link_free_s =
+            later(done, p->link_free_s) + (double)bytes / s->impostors.link_bytes_per_s;
     } else {
         p->link_free_s = done;
     }
     p->link[(p->first + p->count++) % MOST_SHIPPED] =
-        (shipped){p->link_free_s + s->impostors.link_latency_s, viewpoint};
+        (shipped){p->link_free_s + s->impostors.link_latency_s + unpacked, viewpoint, bytes};
     p->begins_s = later(next_begin(p, done), p->link_free_s - took);
     return status;
 }
@@ -221,14 +241,13 @@ static vd_status screens_until(program *p, double time_s) {
     while (status.code == VD_OK && p->begins_s <= time_s && p->count < MOST_SHIPPED) {
         status = ship_screen(p);
     }
-    const double bytes = 4.0 * p->screen->width * p->screen->height;
     while (p->count > 0 && p->link[p->first].arrives_s <= time_s) {
         const bool counts = p->link[p->first].arrives_s < p->e->seconds;
         p->viewpoint = p->link[p->first].viewpoint;
+        p->figures->bytes += counts ? p->link[p->first].bytes : 0u;
         p->first = (p->first + 1) % MOST_SHIPPED;
         p->count--;
         p->figures->frames += counts;
-        p->figures->bytes += counts ? (uint64_t)bytes : 0u;
     }
     return status;
 }
@@ -240,12 +259,29 @@ static vd_status redraw_screen(program *p) {
     }
     const vd_camera camera = camera_of(p->e, p->viewpoint);
     p->drawn = p->viewpoint;
-    return vd_fly_draw(p->e->world, &camera, p->screen);
+    const vd_status status = vd_fly_draw(p->e->world, &camera, p->screen);
+    (void)pass(p->e, p->screen);
+    return status;
+}
+
+/* ---- drawn directly ---------------------------------------------------------------------------*/
+
+/* Draws what would be on screen, if nothing took any time: made for where the camera will be in the
+ * middle of the time that it is shown. */
+static vd_status draw_directly(program *p, double time_s) {
+    const vd_evaluation *e = p->e;
+    const double begins_s = floor(time_s * DISPLAY_HZ + 1e-6) / DISPLAY_HZ;
+    const vd_camera camera = camera_ahead(e, viewpoint_at(e, begins_s), ahead_of(e, begins_s, 0.0));
+    return vd_fly_draw(e->world, &camera, p->screen);
 }
 
 /* ---- comparing --------------------------------------------------------------------------------*/
 
 static vd_status until(program *p, double time_s) {
+    if (p->direct) {
+        p->figures->frames = (uint64_t)floor(time_s * DISPLAY_HZ + 1e-6);
+        return vd_success();
+    }
     return p->impostors != NULL ? impostors_until(p, time_s) : screens_until(p, time_s);
 }
 
@@ -284,7 +320,7 @@ static vd_status compare_all(vd_evaluation *e, program *programs, vd_frame *perf
         program *p = &programs[i];
         status = until(p, time_s);
         if (status.code == VD_OK && p->impostors == NULL) {
-            status = redraw_screen(p);
+            status = p->direct ? draw_directly(p, time_s) : redraw_screen(p);
         }
         if (status.code == VD_OK) {
             count_error(e, p, number, vd_frame_error(p->screen, perfect));
@@ -300,6 +336,10 @@ static void show_progress(const vd_evaluation *e, double time_s, bool last) {
 }
 
 /* ---- a run ------------------------------------------------------------------------------------*/
+
+static size_t pack_picture(void *user, uint8_t *rgba, int width, int height) {
+    return vd_packer_pass(user, rgba, width, height, (size_t)width);
+}
 
 static vd_status begin_program(vd_evaluation *e, vd_evaluated kind, program *p) {
     const vd_render_settings *s = &e->settings->render;
@@ -320,7 +360,15 @@ static vd_status begin_program(vd_evaluation *e, vd_evaluated kind, program *p) 
         p->link = calloc(MOST_SHIPPED, sizeof *p->link);
         return p->link != NULL ? status : vd_failure(VD_ERROR_MEMORY, "out of memory for the link");
     }
+    if (kind == VD_EVALUATED_DIRECT) {
+        p->direct = true;
+        return status;
+    }
     vd_impostor_def def = e->settings->impostors;
+    if (e->packer->coder != NULL) {
+        def.pack = pack_picture;
+        def.pack_user = e->packer;
+    }
     def.no_reuse = kind == VD_EVALUATED_NO_REUSE;
     return vd_impostors_create(e->context, e->world->scene->world, e->world->renderer, &def,
                                &p->impostors);

@@ -8,6 +8,25 @@
 #define MEASURE "Measure"
 #define DISPLAYED "Impostors and link"
 
+/* The words of --codec, in this order. */
+#define CODECS "raw|auto|runs|runs-zstd|png|jpeg|webp|webp-lossless"
+
+static const struct {
+    const char *name;
+    vd_codec codec;
+} codecs[] = {{"raw", VD_CODEC_RAW},   {"auto", VD_CODEC_AUTO},
+              {"runs", VD_CODEC_RUNS}, {"runs-zstd", VD_CODEC_RUNS_ZSTD},
+              {"png", VD_CODEC_PNG},   {"jpeg", VD_CODEC_JPEG},
+              {"webp", VD_CODEC_WEBP}, {"webp-lossless", VD_CODEC_WEBP_LOSSLESS}};
+
+const char *vd_evaluate_codec_name(vd_codec codec) {
+    size_t i = 0;
+    while (codecs[i].codec != codec) {
+        i++;
+    }
+    return codecs[i].name;
+}
+
 /* Of a virtual clock, what a second of drawing makes. */
 #define VIRTUAL_PIXELS_PER_S 4e6
 
@@ -79,6 +98,21 @@ static const vd_option own[EVALUATE_COUNT - OPTION_COUNT] = {
                                          .unit = "seconds, or with ending: 20ms",
                                          .fallback = "0",
                                          .help = "how long what was sent takes to arrive"},
+    [EVALUATE_CODEC - OPTION_COUNT] = {.key = "codec",
+                                       .group = DISPLAYED,
+                                       .type = VD_OPTION_CHOICE,
+                                       .argument = CODECS,
+                                       .fallback = "raw",
+                                       .help = "how pictures and screens are packed for the link; "
+                                               "auto: as a server would"},
+    [EVALUATE_QUALITY - OPTION_COUNT] = {.key = "quality",
+                                         .group = DISPLAYED,
+                                         .type = VD_OPTION_INTEGER,
+                                         .argument = "N",
+                                         .min = 1,
+                                         .max = 100,
+                                         .fallback = "85",
+                                         .help = "of JPEG and WebP"},
 
     [EVALUATE_RATE - OPTION_COUNT] = {.key = "rate",
                                       .group = MEASURE,
@@ -110,8 +144,8 @@ static const vd_option own[EVALUATE_COUNT - OPTION_COUNT] = {
     [EVALUATE_ONLY - OPTION_COUNT] = {.key = "only",
                                       .group = MEASURE,
                                       .type = VD_OPTION_CHOICE,
-                                      .argument = "impostors|screen|no-reuse",
-                                      .help = "run one of the three, and say null of the others"},
+                                      .argument = "impostors|screen|no-reuse|direct",
+                                      .help = "run one of the four, and say null of the others"},
     [EVALUATE_REFERENCE_SAMPLES -
         OPTION_COUNT] = {.key = "reference-samples",
                          .group = MEASURE,
@@ -231,6 +265,8 @@ static vd_status read_impostors(const vd_options *options, vd_evaluate_settings 
         def.budget_pixels = pixels > 1.0 ? (size_t)pixels : 1;
         def.budget_s = 1e9;
     }
+    out->codec = codecs[(int)options->values[EVALUATE_CODEC].number].codec;
+    out->quality = (int)options->values[EVALUATE_QUALITY].number;
     out->impostors = def;
     return status;
 }
@@ -240,7 +276,7 @@ static void read_programs(const vd_options *options, vd_evaluate_settings *out) 
     static const int samples[] = {1, 4, 8};
     const bool one = vd_options_given(options, EVALUATE_ONLY);
     out->first = one ? (vd_evaluated)options->values[EVALUATE_ONLY].number : VD_EVALUATED_IMPOSTORS;
-    out->last = one ? out->first : VD_EVALUATED_NO_REUSE;
+    out->last = one ? out->first : VD_EVALUATED_DIRECT;
     out->reference_samples = vd_options_given(options, EVALUATE_REFERENCE_SAMPLES)
                                  ? samples[(int)options->values[EVALUATE_REFERENCE_SAMPLES].number]
                                  : out->render.samples;

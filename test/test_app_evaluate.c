@@ -158,6 +158,42 @@ static void programs_run_alone(void **state) {
     }
 }
 
+/* What is packed takes fewer bytes, and without losses shows the same where the link is not full.
+ */
+static void packing_saves_bytes(void **state) {
+    (void)state;
+    static const char *const codecs[] = {"raw", "runs-zstd", "jpeg", "auto"};
+    double bytes[4], error[4], screens[4];
+    for (int i = 0; i < 4; i++) {
+        char line[128];
+        (void)snprintf(line, sizeof line,
+                       "--seconds 1 --virtual --bandwidth 100M --quality 90 --codec %s --json",
+                       codecs[i]);
+        evaluates(line);
+        bytes[i] = number_in(out, NULL, "bytes_per_s");
+        error[i] = number_in(out, NULL, "error");
+        screens[i] = number_in(out, "screen", "bytes_per_s");
+        (void)snprintf(line, sizeof line, "\"codec\": \"%s\"", codecs[i]);
+        assert_non_null(strstr(out, line));
+    }
+    for (int i = 1; i < 4; i++) {
+        assert_true(bytes[i] < 0.9 * bytes[0] && screens[i] < 0.9 * screens[0]);
+    }
+    assert_true(fabs(error[1] - error[0]) < 0.02 && error[2] != error[0]);
+}
+
+/* Drawn directly in no time nothing is wrong but what 60 frames a second cost. */
+static void what_a_display_costs_is_said(void **state) {
+    (void)state;
+    evaluates("--seconds 1 --virtual --only direct -o -");
+    assert_true(number_in(out, "direct", "fps") == 60.0);
+    const double error = number_in(out, "direct", "error");
+    assert_true(error > 0.0 && error < 0.1);
+    evaluates("--seconds 1 --virtual --bandwidth 0 --json");
+    assert_true(fabs(number_in(out, "direct", "error") - error) < 1e-8); /* 9 digits */
+    assert_true(number_in(out, "screen", "error") > error);
+}
+
 /* What the dissertation's tables vary is an option each, and changes what it should. */
 static void the_tables_have_their_options(void **state) {
     (void)state;
@@ -288,7 +324,9 @@ static void bad_use_is_told(void **state) {
     fails(2, "--bandwidth fast", "--bandwidth: \"fast\" is not a number of bytes");
     fails(2, "--bandwidth 0.5", "a link of 0.5 bytes a second brings nothing");
     fails(2, "--memory 1k", "--memory");
-    fails(2, "--only screens", "give one of impostors|screen|no-reuse");
+    fails(2, "--only screens", "give one of impostors|screen|no-reuse|direct");
+    fails(2, "--codec gif", "--codec");
+    fails(2, "--quality 101", "--quality");
     fails(2, "--fade nan", "--fade");
     fails(2, "--most-px 7", "--most-px");
     fails(2, "--least-reuse -1", "--least-reuse");
@@ -322,6 +360,8 @@ int main(void) {
         cmocka_unit_test(latency_is_seen),
         cmocka_unit_test(virtual_runs_are_the_same),
         cmocka_unit_test(programs_run_alone),
+        cmocka_unit_test(packing_saves_bytes),
+        cmocka_unit_test(what_a_display_costs_is_said),
         cmocka_unit_test(the_tables_have_their_options),
         cmocka_unit_test(real_runs_say_what_they_took),
         cmocka_unit_test(results_are_written),

@@ -70,6 +70,11 @@ typedef struct vd_impostor_def {
                              0: none. One picture is always drawn */
     double link_bytes_per_s; /* a simulated link that pictures come over; 0: none */
     double link_latency_s;   /* from the last byte sent to the picture's being there */
+    size_t (*pack)(void *user, uint8_t *rgba, int width, int height); /* packs a picture [height]
+                                [width][4] for the link: leaves it as it comes out at the other end
+                                and returns its bytes on the way, 0: width × height × 4. Null: none
+                                is packed */
+    void *pack_user;
     bool remote;   /* pictures are drawn by another machine, at the far end of the link: an update
                       does not wait for them, they come on after as long as drawing them took, and
                       while it draws it is asked for no others */
@@ -105,7 +110,8 @@ typedef struct vd_impostor_stats {
     uint64_t pixels_drawn, pixels_shown; /* all in all: their ratio is the reuse R */
     double overdraw;                     /* D: impostors' pixels a pixel of the last picture */
     uint64_t uploads, bytes_sent; /* pictures that have come, over the link where there is one, and
-                                     their bytes, width × height × 4: all in all */
+                                     their bytes on the way: all in all */
+    uint64_t pixels_sent;         /* theirs: all in all */
     uint64_t in_flight;           /* pictures on the link */
     double error_px;              /* the greatest screen error of what is shown */
     double decide_s, draw_s, direct_s, show_s; /* wall seconds of the last update and picture */

@@ -19,6 +19,10 @@ static size_t bytes_of(const vd_impostor_picture *picture) {
     return (size_t)picture->width * (size_t)picture->height * 4;
 }
 
+static size_t sent_bytes(const vd_impostor_picture *picture) {
+    return picture->packed > 0 ? picture->packed : bytes_of(picture);
+}
+
 void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
                           const vd_impostor_picture *made) {
     vd_impostor_release(set, &slot->before);
@@ -32,7 +36,8 @@ void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
     slot->born_s = set->time_s;
     slot->failures = 0;
     set->stats.uploads++;
-    set->stats.bytes_sent += bytes_of(made);
+    set->stats.bytes_sent += sent_bytes(made);
+    set->stats.pixels_sent += bytes_of(made) / 4;
 }
 
 double vd_impostors_send(vd_impostors *set, size_t bytes) {
@@ -60,7 +65,7 @@ vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slot, vd_impost
         return vd_out_of_memory("an impostor on its way", sizeof *to);
     }
     const double arrives_s =
-        set->def.ship ? (double)INFINITY : vd_impostors_send(set, bytes_of(made));
+        set->def.ship ? (double)INFINITY : vd_impostors_send(set, sent_bytes(made));
     *to = (vd_impostor_sending){*made, set->slot_of[slot->node] - 1, arrives_s};
     slot->coming = true;
     set->sending_bytes += bytes_of(made);

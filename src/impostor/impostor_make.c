@@ -177,6 +177,21 @@ vd_status vd_impostors_share(vd_impostors *set, const vd_impostor_view *view,
     return *shared ? keep(set, slot, &found) : vd_success();
 }
 
+/* How fast it is believed what packing saves. */
+#define PACKED_WEIGHT 0.05
+
+/* Makes a picture what it is at the other end of a link. */
+static void pack(vd_impostors *set, vd_impostor_picture *made) {
+    if (set->def.pack == NULL || set->def.link_bytes_per_s == 0.0 || made->empty) {
+        return;
+    }
+    made->packed = set->def.pack(set->def.pack_user, made->rgba, made->width, made->height);
+    if (made->packed > 0) {
+        const double share = (double)made->packed / (4.0 * made->width * made->height);
+        set->packed_share += PACKED_WEIGHT * (share - set->packed_share);
+    }
+}
+
 vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
                             vd_impostor_slot *slot) {
     vd_impostor_picture made = {.focal_px = view->focal_px * view->detail};
@@ -221,6 +236,7 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
     if (made.rgba == NULL) {
         return vd_out_of_memory("an impostor", (size_t)made.width * (size_t)made.height * 4);
     }
+    pack(set, &made);
     vd_quad_picture shown = {.rgba = made.rgba,
                              .width = made.width,
                              .height = made.height,

@@ -31,6 +31,7 @@ typedef struct vd_impostor_picture {
     bool empty;      /* nothing is on it */
     unsigned sides;  /* of a patch: on which it goes on beyond the patch, vd_impostor_sides */
     uint32_t version;
+    size_t packed;     /* bytes on the link; 0: as many as the pixels take */
     vd_pooled *pooled; /* that the pixels belong to; null: they are the set's alone */
 } vd_impostor_picture;
 
@@ -144,6 +145,7 @@ struct vd_impostors {
     size_t bytes;                  /* of pictures */
     vd_list sending;               /* vd_impostor_sending, in the order of their arrival */
     size_t sending_bytes;          /* of these; part of `bytes` */
+    double packed_share;           /* of their bytes that pictures take on the link, lately */
     double link_free_s;            /* when the last of them has left */
     double remote_free_s;          /* when the far end has drawn what it was asked for */
     uint64_t draws_since_ns;       /* when the last update began to draw */

@@ -86,7 +86,7 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->world = world;
     set->renderer = renderer;
     set->def = used;
-    set->cloud_detail = 1.0;
+    set->cloud_detail = set->packed_share = 1.0;
     set->versions = used.first_version;
     set->scratch = set->still_in = &set->own_scratch;
     set->def.pool = NULL; /* until it has joined */
@@ -278,7 +278,7 @@ static bool is_pressed(const vd_impostors *set) {
         pixels += wishes[i].finer ? 0.0 : wishes[i].area;
     }
     return set->def.link_bytes_per_s > 0.0 && !set->def.no_reuse &&
-           BOUND_SHARE * 4.0 * pixels > LONG_S * set->def.link_bytes_per_s;
+           BOUND_SHARE * 4.0 * pixels * set->packed_share > LONG_S * set->def.link_bytes_per_s;
 }
 
 static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view_given,
