@@ -39,10 +39,15 @@ static inline void display_scene_screen(vd_quad *quad, int left, int top, int wi
     }
 }
 
-/* A picture with a transparent edge; opaque inside, or of any alpha. */
+/* A picture with a transparent edge; opaque inside, or of any alpha; a few are very
+ * wide. */
 static inline vd_quad_picture display_scene_picture(display_scene *scene, uint64_t *random) {
-    const int width = 3 + (int)(display_scene_random(random) % 60);
-    const int height = 3 + (int)(display_scene_random(random) % 60);
+    int width = 3 + (int)(display_scene_random(random) % 60);
+    int height = 3 + (int)(display_scene_random(random) % 60);
+    if (display_scene_random(random) % 32 == 0 && scene->texel_count < 20000) {
+        width = 20000; /* positions of more than 22 bits */
+        height = 3;
+    }
     const bool opaque = display_scene_random(random) % 2 == 0;
     uint8_t *texels = scene->texels + 4 * scene->texel_count;
     scene->texel_count += (size_t)width * (size_t)height;

@@ -96,6 +96,7 @@ static void levels_equal_the_reference(void **state) {
         line.step_u = near_step(&line, begin, end, any_float(&random, 600));
         line.step_v = near_step(&line, begin, end, any_float(&random, 600));
         line.opacity = round % 4 == 0 ? 255 : 1 + (uint32_t)(test_random(&random) % 255);
+        line.opaque = round % 5 == 0;
         for (int i = 0; i < 4 * 512; i++) {
             expected[i] = round % 5 == 0 ? 255 : (uint8_t)test_random(&random);
         }

@@ -60,9 +60,31 @@ static inline void vd_wide_load_pairs(const void *base, vd_wide_i32 i, vd_wide_i
     vd_wide_load_pairs_at(base, at, out);
 }
 
+#if defined(__wasm_simd128__)
+/* 64 bits at each of two addresses, so many bytes on. */
+static inline void vd_wide_load_two(int32_t first, int32_t second, intptr_t on, vd_wide_i32 *out) {
+    const char *even = (const char *)(uintptr_t)(uint32_t)first + on;
+    const char *odd = (const char *)(uintptr_t)(uint32_t)second + on;
+    *out = (vd_wide_i32)wasm_v128_load64_lane(odd, wasm_v128_load64_zero(even), 1);
+}
+#endif
+
 /* The same of two bases, as of two rows of texels. */
 static inline void vd_wide_load_pairs_twice(const void *base, const void *other, vd_wide_i32 i,
                                             vd_wide_i32 out[2], vd_wide_i32 other_out[2]) {
+#if defined(__wasm_simd128__)
+    /* Addresses by vectors, an addition and a shift a lane less; through memory, which is faster
+     * than taking lanes (by 2 %). No loop: clang 14 leaves it one. */
+    const vd_wide_i32 at = (i << 2) + (int32_t)(uintptr_t)base;
+    const intptr_t apart = (intptr_t)((uintptr_t)other - (uintptr_t)base);
+    const volatile vd_wide_i32 stored = at;
+    const volatile int32_t *lane = (const volatile int32_t *)&stored;
+    const int32_t first = lane[0], second = lane[1], third = lane[2], fourth = lane[3];
+    vd_wide_load_two(first, second, 0, &out[0]);
+    vd_wide_load_two(third, fourth, 0, &out[1]);
+    vd_wide_load_two(first, second, apart, &other_out[0]);
+    vd_wide_load_two(third, fourth, apart, &other_out[1]);
+#else
     int32_t at[VD_WIDE_LANES] __attribute__((aligned(sizeof(vd_wide_i32))));
     memcpy(at, &i, sizeof at);
 #if defined(__SSE4_1__)
@@ -70,6 +92,7 @@ static inline void vd_wide_load_pairs_twice(const void *base, const void *other,
 #endif
     vd_wide_load_pairs_at(base, at, out);
     vd_wide_load_pairs_at(other, at, other_out);
+#endif
 }
 
 /* Takes pairs apart: the first values, and the second values. */

@@ -19,6 +19,8 @@ typedef struct vd_display_line {
     float step_u, step_v, bend;    /* n pixels on: + n / (1 + n·bend)·step, which is within
                                       ±VD_DISPLAY_FAR for every pixel that is drawn */
     uint32_t opacity;              /* 1 … 255 */
+    bool opaque; /* filtered texels are written as they are: what the rule gives with opacity 255
+                    where all of them have alpha 255 */
     /* A pixel keeps its bytes where depth[x] > depth_at + n·depth_step, n pixels on from the base.
      * The row's depths, as readable as the row is; null: none is hidden. */
     const float *depth;

@@ -43,7 +43,8 @@ static void blend(uint8_t *row, const vd_display_line *line, int begin, int end)
         const uint32_t alpha = texel[3], kept = 255 - divide_255(alpha * line->opacity);
         for (int c = 0; c < 4; c++) {
             const uint32_t color = texel[c] < alpha ? texel[c] : alpha;
-            row[4 * x + c] = (uint8_t)divide_255(color * line->opacity + row[4 * x + c] * kept);
+            const uint32_t over = divide_255(color * line->opacity + row[4 * x + c] * kept);
+            row[4 * x + c] = (uint8_t)(line->opaque ? texel[c] : over);
         }
     }
 }

@@ -5,6 +5,10 @@
 
 enum { STRIP_ROWS = 16 };
 
+/* Fewer opaque pixels of a row are not worth a call of their own, which begins and ends where all
+ * levels' vectors do. */
+enum { LEAST_OPAQUE = 48, ALIGNED = 16 };
+
 /* What nearer quads hide of a row: intervals in order, apart from each other. When there are more,
  * some is drawn that could have been left out. */
 #define MAX_HIDDEN 32
@@ -177,7 +181,7 @@ static vd_display_line make_line(const vd_display_window *window,
 static int add_row(const vd_display_list *list, const vd_display_setup *s, int y, size_t spare,
                    vd_display_segment *out, hidden_row *hidden) {
     const int width = list->window.width;
-    vd_display_segment whole = {s, y, 0, 0, 0, width};
+    vd_display_segment whole = {s, y, 0, 0, 0, width, 0, 0};
     if (hidden->count == 1 && hidden->begin[0] == 0 && hidden->end[0] == width) {
         return 0;
     }
@@ -189,14 +193,44 @@ static int add_row(const vd_display_list *list, const vd_display_setup *s, int y
     const bool last = s->inverse_w[0] < 0.0;
     whole.base = last ? whole.end - 1 : whole.begin;
     whole.reach = last ? whole.begin - whole.base : whole.end - 1 - whole.base;
-    const int added = add_seen(out, spare, whole, hidden);
-    if (added > 0 && s->opaque_count > 0 && !list->draw_hidden) {
-        narrow(s->opaque, s->opaque_count, y, &whole.begin, &whole.end);
-        if (whole.begin < whole.end) {
-            hide(hidden, whole.begin, whole.end);
+    int begin = whole.begin, end = begin;
+    if (s->opaque_count > 0) {
+        end = whole.end;
+        narrow(s->opaque, s->opaque_count, y, &begin, &end);
+        if (end - begin >= LEAST_OPAQUE) {
+            whole.opaque_begin = (begin + ALIGNED - 1) & ~(ALIGNED - 1);
+            whole.opaque_end = end & ~(ALIGNED - 1);
         }
     }
+    const int added = add_seen(out, spare, whole, hidden);
+    if (added > 0 && begin < end && !list->draw_hidden) {
+        hide(hidden, begin, end);
+    }
     return added;
+}
+
+static int clamp(int v, int low, int high) {
+    return v < low ? low : v < high ? v : high;
+}
+
+/* What is opaque apart from the rest: what is below it need not be read. */
+static void draw_segment(const vd_display_list *list, const vd_display_segment *s) {
+    uint8_t *row = list->window.rgba + 4 * list->window.stride * (size_t)s->y;
+    vd_display_line line = make_line(&list->window, s);
+    const int first = clamp(s->opaque_begin, s->begin, s->end);
+    const int last = clamp(s->opaque_end, first, s->end);
+    if (first == last) {
+        list->kernels->blend(row, &line, s->begin, s->end);
+        return;
+    }
+    if (s->begin < first) {
+        list->kernels->blend(row, &line, s->begin, first);
+    }
+    if (last < s->end) {
+        list->kernels->blend(row, &line, last, s->end);
+    }
+    line.opaque = true;
+    list->kernels->blend(row, &line, first, last);
 }
 
 /* Draws the rows [first, end), at most STRIP_ROWS: `segments` has room for as many of every entry.
@@ -219,10 +253,7 @@ static void draw_strip(const vd_display_list *list, int first, int end,
         }
     }
     while (found > 0) {
-        const vd_display_segment *s = &segments[--found];
-        const vd_display_line line = make_line(&list->window, s);
-        uint8_t *row = list->window.rgba + 4 * list->window.stride * (size_t)s->y;
-        list->kernels->blend(row, &line, s->begin, s->end);
+        draw_segment(list, &segments[--found]);
     }
 }
 

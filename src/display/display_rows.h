@@ -36,6 +36,7 @@ typedef struct vd_display_entry {
 typedef struct vd_display_segment {
     const vd_display_setup *setup;
     int y, base, reach, begin, end;
+    int opaque_begin, opaque_end; /* where the quad's texels are opaque; they meet: nowhere */
 } vd_display_segment;
 
 typedef struct vd_display_window {
