@@ -254,14 +254,19 @@ void VD_EXPORT(vd_wasm_fill)(uint32_t *rgba, int height, size_t stride, uint32_t
     }
 }
 
-/* Pixels of the frame's part that a quad may cover; all of them where it reaches behind the eye. */
+/* Pixels of the frame's part that a quad may cover: none where all of it is behind the eye, all
+ * where some is. */
 static double area_of(const vd_quad *quad, float near_m, int width, int height) {
     double low[2] = {width, height}, high[2] = {0, 0};
+    int behind = 0;
+    for (int i = 0; i < 4; i++) {
+        behind += quad->corners[i].w >= near_m ? 0 : 1;
+    }
+    if (behind > 0) {
+        return behind == 4 ? 0 : (double)width * height;
+    }
     for (int i = 0; i < 4; i++) {
         const vd_quad_corner c = quad->corners[i];
-        if (!(c.w >= near_m)) {
-            return (double)width * height;
-        }
         const double at[2] = {c.x / c.w, c.y / c.w};
         for (int k = 0; k < 2; k++) {
             low[k] = at[k] < low[k] ? at[k] : low[k];
