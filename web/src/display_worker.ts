@@ -2,6 +2,7 @@
 // there. It sleeps while nothing moves and nothing comes.
 import type { CameraNumbers, ToDisplay, ToLink } from './items.js';
 import { Motion, move, turn, type Axis, type Pose } from './motion.js';
+import { DrawnScale, Intervals } from './pace.js';
 import { Scene } from './scene.js';
 import { instantiate, type Exports } from './wasm.js';
 
@@ -33,40 +34,14 @@ const page = self as unknown as {
     postMessage(message: ToPage, moved?: Transferable[]): void;
 };
 
-const INTERVALS = 240;
 const TELL_MS = 200;
-
-/** Times between frames that follow each other. */
-class Pace {
-    private readonly intervals: number[] = [];
-    private last = 0;
-
-    note(now: number): void {
-        if (this.last > 0) {
-            this.intervals.push(now - this.last);
-            if (this.intervals.length > INTERVALS) {
-                this.intervals.shift();
-            }
-        }
-        this.last = now;
-    }
-
-    rest(): void {
-        this.last = 0;
-    }
-
-    /** Frames a second and the 99th percentile in seconds, of the last frames that moved. */
-    get numbers(): { framesPerSecond: number; p99: number } {
-        const sorted = [...this.intervals].sort((a, b) => a - b);
-        const sum = sorted.reduce((all, one) => all + one, 0);
-        return { framesPerSecond: sum > 0 ? 1000 * sorted.length / sum : 0,
-                 p99: (sorted[Math.floor(0.99 * (sorted.length - 1))] ?? 0) / 1000 };
-    }
-}
+/** After so long without a turn or a move by fingers, a frame is drawn whole. */
+const SETTLE_MS = 150;
 
 class Display {
     private readonly motion = new Motion();
-    private readonly pace = new Pace();
+    private readonly pace = new Intervals();
+    private readonly scale = new DrawnScale();
     private readonly context: OffscreenCanvasRenderingContext2D | null;
     private pose: Pose = { eye: [0, 0, 0], heading: 0, pitch: 0, roll: 0, fov: 60 };
     private camera: CameraNumbers | null = null;
@@ -79,6 +54,8 @@ class Display {
     private dirty = true;
     private asked = false;
     private lastMs = 0;
+    private draggedMs = -Infinity; // when it was last turned or moved by a pointer
+    private drawn = { width: 0, height: 0 };
     private toldMs = 0;
     private screens: boolean;
     private bounds = false;
@@ -122,10 +99,6 @@ class Display {
         this.width = width;
         this.height = height;
         this.scene.resize(width, height);
-        if (this.canvas !== null) {
-            this.canvas.width = width;
-            this.canvas.height = height;
-        }
         if (this.camera !== null) {
             this.camera = { ...this.camera, width, height };
             this.moved();
@@ -190,6 +163,7 @@ class Display {
             this.moved();
         }
         this.lastMs = moving ? now : 0;
+        const busy = moving || performance.now() - this.draggedMs < SETTLE_MS;
         if (this.dirty) {
             this.dirty = false;
             const camera = this.aim();
@@ -197,10 +171,14 @@ class Display {
                 this.changed = false;
                 this.post({ to: 'camera', camera, time: performance.now() / 1000 });
             }
-            this.show(camera);
+            const start = performance.now();
+            this.show(busy ? this.smaller(camera) : camera);
+            if (busy) {
+                this.scale.note(performance.now() - start);
+            }
             this.pace.note(now);
         }
-        if (moving) {
+        if (moving || (busy && this.scale.value < 1)) { // the last one is drawn whole
             this.touch();
         } else {
             this.pace.rest();
@@ -208,8 +186,25 @@ class Display {
         this.tell(now, !moving);
     }
 
+    /** The camera of a frame that can be drawn in time. */
+    private smaller(camera: CameraNumbers): CameraNumbers {
+        const scale = this.scale.value;
+        const width = Math.max(Math.round(camera.width * scale), 2);
+        const height = Math.max(Math.round(camera.height * scale), 2);
+        const [fx, fy, cx, cy] = camera.lens;
+        const [wide, high] = [width / camera.width, height / camera.height];
+        return scale === 1 ? camera
+            : { ...camera, width, height, lens: [fx * wide, fy * high, cx * wide, cy * high] };
+    }
+
     private show(camera: CameraNumbers): void {
         const frame = this.scene.draw(camera, this.screens, this.bounds);
+        this.drawn = { width: frame.width, height: frame.height };
+        if (this.canvas !== null &&
+            (this.canvas.width !== frame.width || this.canvas.height !== frame.height)) {
+            this.canvas.width = frame.width;
+            this.canvas.height = frame.height;
+        }
         const pixels = new Uint8ClampedArray(this.wasm.memory.buffer, frame.at,
                                              4 * frame.stride * frame.height);
         if (this.context !== null) {
@@ -228,7 +223,7 @@ class Display {
             page.postMessage({ to: 'view', pose: this.pose, pace: this.motion.pace,
                                exact: this.scene.isExact(this.aim()), empty: this.scene.isEmpty,
                                shown: this.scene.shown, framesPerSecond, p99,
-                               width: this.width, height: this.height });
+                               ...this.drawn });
             this.post({ to: 'frames', framesPerSecond, p99, shown: Math.max(0, this.scene.shown) });
         }
     }
@@ -295,12 +290,14 @@ class Display {
             break;
         case 'turn': // what is in the picture's middle follows the finger
             turn(this.pose, message.right * this.pose.fov, message.up * this.pose.fov);
+            this.draggedMs = performance.now();
             this.moved();
             break;
         case 'move': {
             const metres = this.fullSpeed() * this.motion.pace;
             move(this.pose, message.forward * metres, message.aside * metres, 0);
             this.zoom(message.zoom);
+            this.draggedMs = performance.now();
             this.moved();
             break;
         }

@@ -214,11 +214,14 @@ export class Scene {
     }
 
     /**
-     * A frame for a camera of resize's size: RGBA rows in `wasm.memory`, until the next call.
+     * A frame for a camera of resize's size or a smaller one: RGBA rows in `wasm.memory`, until the next call.
      * `screens`: whole screens are shown whatever else there is; `bounds`: where pictures are.
      */
     draw(camera: CameraNumbers, screens: boolean, bounds: boolean): Frame {
-        const { wasm, frame, screen } = this;
+        const { wasm, screen } = this;
+        const width = Math.min(camera.width, this.frame.width);
+        const height = Math.min(camera.height, this.frame.height);
+        const frame = { at: this.frame.at, width, height, stride: (width + 15) & ~15 };
         this.shown = 0;
         if (screen !== null && !bounds && sameView(screen.camera, camera)) {
             return { at: screen.at, width: screen.width, height: screen.height,
