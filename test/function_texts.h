@@ -7,7 +7,7 @@
 #include <veduta/function.h>
 
 static inline int rounds(int full) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL ? (full + 9) / 10 : full;
+    return test_is_reduced() ? (full + 9) / 10 : full;
 }
 
 static inline vd_function *compile(vd_context *context, const char *text) {

@@ -26,6 +26,11 @@ static inline double test_uniform(uint64_t *state) {
     return (double)(test_random(state) >> 11) * 0x1p-53;
 }
 
+/* True in the builds that run the suite on smaller scenes: `.ci/run` sets VEDUTA_TEST_REDUCED. */
+static inline bool test_is_reduced(void) {
+    return getenv("VEDUTA_TEST_REDUCED") != NULL;
+}
+
 #define assert_ok(expression)                                                                      \
     do {                                                                                           \
         vd_status status_ = (expression);                                                          \

@@ -258,9 +258,7 @@ static void wander(wanderer w[WANDERERS], double seconds, vd_frame *frame) {
 static void wanderers_leave_nothing_behind(void **state) {
     (void)state;
     const char *wanted = getenv("VEDUTA_SOAK_SECONDS");
-    const double seconds = wanted != NULL                          ? atof(wanted)
-                           : getenv("VEDUTA_TEST_REDUCED") != NULL ? 6.0
-                                                                   : 20.0;
+    const double seconds = wanted != NULL ? atof(wanted) : test_is_reduced() ? 6.0 : 20.0;
     serve_start(&server, "--port 0 --memory 8M --max-clients 64 " WORLD);
     rest(0.2);
     const int fds = descriptors(server.id), own = descriptors(getpid());

@@ -71,7 +71,7 @@ static void test_same_picture(void **state) {
         {MODELS "/cube-ascii.ply -s 80x60 --shade normals --cull back", "7308e4284d500338"},
         {MODELS "/glass.obj -s 80x60", "7658d5e976e81460"},
     };
-    const bool reduced = getenv("VEDUTA_TEST_REDUCED") != NULL;
+    const bool reduced = test_is_reduced();
     for (size_t i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
         char hash[17];
         renders("", pictures[i].arguments, pictures[i].hash, hash);

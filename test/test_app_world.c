@@ -85,7 +85,7 @@ static void test_examples(void **state) {
         {WORLDS "/models.json", "976f378d11bcc739", 8},
         {WORLDS "/dunes.json", "18e684e970d6159f", 6},
     };
-    const bool reduced = getenv("VEDUTA_TEST_REDUCED") != NULL;
+    const bool reduced = test_is_reduced();
     for (size_t i = 0; i < sizeof pictures / sizeof pictures[0]; i++) {
         renders_as("", pictures[i].arguments, pictures[i].hash);
         assert_non_null(strstr(out, "\"warnings\": []"));
@@ -290,7 +290,7 @@ static void test_instances(void **state) {
     renders_as("", "two.json", hash);
     FILE *file = fopen("many.json", "wb");
     assert_non_null(file);
-    const int count = getenv("VEDUTA_TEST_REDUCED") != NULL ? 20000 : 200000;
+    const int count = test_is_reduced() ? 20000 : 200000;
     (void)fprintf(file, "{\"veduta_world\": 1, \"terrain\": {\"heights\": \"" DATA
                         "/mont-blanc.png\", \"cell_size\": 75},\n\"objects\": [{\"mesh\": \"" MODELS
                         "/cube.obj\", \"instances\": [");

@@ -26,7 +26,7 @@ static int tear_down(void **state) {
 }
 
 static int rounds(int count) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL ? count / 10 : count;
+    return test_is_reduced() ? count / 10 : count;
 }
 
 static vd_layer polygon(const double (*points)[2], size_t count) {

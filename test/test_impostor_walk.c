@@ -1,10 +1,6 @@
 /* Impostors on long walks, at cracks, fading, and of what cannot be drawn. */
 #include "impostor_scenes.h"
 
-static bool is_reduced(void) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL;
-}
-
 static double between(uint64_t *random, double low, double high) {
     return low + (high - low) * test_uniform(random);
 }
@@ -40,7 +36,7 @@ static void walk(walker *w, int number) {
 /* 100,000 updates: never more memory than was given, and every object on screen exactly once. */
 static void a_long_walk_keeps_its_budgets(void **state) {
     (void)state;
-    const int updates = is_reduced() ? 5000 : 100000;
+    const int updates = test_is_reduced() ? 5000 : 100000;
     vd_impostor_def def = patient();
     def.memory_bytes = (size_t)1 << 20;
     def.budget_s = 1e9;
@@ -142,7 +138,7 @@ static void fly(int number, uint64_t *random, vd_camera *camera, vd_vec3 *motion
 static void no_sky_shows_between_patches(void **state) {
     (void)state;
     static const double tolerances[] = {0.5, 1.0, 2.0};
-    const int moves = is_reduced() ? 100 : 500;
+    const int moves = test_is_reduced() ? 100 : 500;
     for (int t = 0; t < 3; t++) {
         vd_impostor_def def = patient();
         def.tolerance_px = tolerances[t];
@@ -227,7 +223,7 @@ static void fading_keeps_premultiplied_sums(void **state) {
     assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frame));
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
     uint64_t fading = 0, partly = 0;
-    for (int i = 0; i < (is_reduced() ? 60 : 300); i++) {
+    for (int i = 0; i < (test_is_reduced() ? 60 : 300); i++) {
         camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(0.4, 0.7, 0.02));
         camera.orientation = vd_orientation_from_angles(0.01 * i, -0.1, 0.0);
         (void)step(&s, &camera);

@@ -213,7 +213,7 @@ static void rough_ground_agrees_with_tiny_steps(void **state) {
     height_function *const shapes[] = {rough, saddle, cone, dome, step};
     uint64_t random = 2;
     int hits = 0, misses = 0, grazing = 0;
-    const int rays = getenv("VEDUTA_TEST_REDUCED") != NULL ? 60 : 600;
+    const int rays = test_is_reduced() ? 60 : 600;
     for (int n = 0; n < 5; n++) {
         vd_heightfield *map = make_map(context, 33, 4, shapes[n]);
         ground g = make_ground(context, map);

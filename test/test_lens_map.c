@@ -6,7 +6,7 @@
 #include "terrain/lens_map_internal.h"
 
 static int rounds(int full) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL ? (full + 9) / 10 : full;
+    return test_is_reduced() ? (full + 9) / 10 : full;
 }
 
 /* A random scene: the heightfield is the test's, def points at it. */

@@ -7,9 +7,7 @@
 static void march_draws_what_raycast_draws(void **state) {
     (void)state;
     const char *scenes_text = getenv("VEDUTA_TEST_SCENES");
-    const int scenes = scenes_text != NULL                     ? atoi(scenes_text)
-                       : getenv("VEDUTA_TEST_REDUCED") != NULL ? 60
-                                                               : 1200;
+    const int scenes = scenes_text != NULL ? atoi(scenes_text) : test_is_reduced() ? 60 : 1200;
     vd_context *contexts[VD_ISA_COUNT] = {NULL};
     const int threads[] = {1, 2, 7};
     int showing = 0; /* scenes */
@@ -55,7 +53,7 @@ static void a_moving_sun_draws_as_a_new_renderer(void **state) {
     vd_context *context = test_context(2, VD_ISA_AUTO);
     vd_colormap colormap;
     assert_true(vd_colormap_find("viridis", &colormap));
-    const int scenes = getenv("VEDUTA_TEST_REDUCED") != NULL ? 10 : 60;
+    const int scenes = test_is_reduced() ? 10 : 60;
     int changed = 0;
     for (int scene = 0; scene < scenes; scene++) {
         uint64_t random = (uint64_t)scene * 83 + 1;

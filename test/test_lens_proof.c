@@ -37,7 +37,7 @@ static void check_passed(const void *packets, int count, float from, float to) {
 static void no_visible_ground_is_passed_over(void **state) {
     (void)state;
     vd_context *context = test_context(1, VD_ISA_AUTO);
-    const int scenes = getenv("VEDUTA_TEST_REDUCED") != NULL ? 20 : 200;
+    const int scenes = test_is_reduced() ? 20 : 200;
     vd_colormap colormap;
     assert_true(vd_colormap_find("viridis", &colormap));
     for (int scene = 0; scene < scenes; scene++) {

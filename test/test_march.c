@@ -232,7 +232,7 @@ static int make_crew(crew_member *members) {
 }
 
 static int scaled(int count) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL ? count / 10 : count;
+    return test_is_reduced() ? count / 10 : count;
 }
 
 /* Draws one scene with the reference and with `draws` members of the crew. */
@@ -313,7 +313,7 @@ static void large_scenes(void **state) {
         for (int i = 0; i < members; i++) {
             assert_ok(vd_classic_renderer_create(crew[i].context, map, &crew[i].renderer));
         }
-        for (int scene = 0; scene < (whole ? 20 : getenv("VEDUTA_TEST_REDUCED") ? 1 : 4); scene++) {
+        for (int scene = 0; scene < (whole ? 20 : test_is_reduced() ? 1 : 4); scene++) {
             vd_classic_def def = random_camera(&random, map, sizes[s].slices);
             if (scene % 2 != 0) {
                 choose_quality(&random, &def);

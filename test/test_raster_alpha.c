@@ -1,10 +1,6 @@
 /* Materials that are alpha-tested or blended: all methods agree, and what a painter would see. */
 #include "raster_scenes.h"
 
-static bool reduced(void) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL;
-}
-
 /* A leaf: a disc of full alpha, a rim that fades, nothing outside; colours by place. */
 static vd_texture *leaf(vd_context *context) {
     enum { SIDE = 32 };
@@ -100,9 +96,10 @@ static void methods_agree(void **state) {
     vd_material materials[4];
     make_materials(texture, materials);
     static const vd_shader none = {.fragment = NULL};
-    for (int round = 0; round < (reduced() ? 4 : 8); round++) {
+    for (int round = 0; round < (test_is_reduced() ? 4 : 8); round++) {
         const bool flat = round % 2 == 0;
-        vd_mesh *mesh = quads(context, reduced() ? 25 : 40, 9, 70, flat, 40 + (uint64_t)round);
+        vd_mesh *mesh =
+            quads(context, test_is_reduced() ? 25 : 40, 9, 70, flat, 40 + (uint64_t)round);
         vd_draw draws[2] = {vd_draw_default(), vd_draw_default()};
         for (int k = 0; k < 2; k++) {
             draws[k].mesh = mesh;

@@ -1,10 +1,6 @@
 /* All methods give the bytes of the brute-force reference, at every SIMD level and thread count. */
 #include "raster_scenes.h"
 
-static bool reduced(void) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL;
-}
-
 static void random_soup(vd_context *context, int width, int height, int samples, size_t triangles,
                         uint64_t seed) {
     float *positions = malloc(triangles * 9 * sizeof *positions);
@@ -32,9 +28,9 @@ static void random_triangles_agree(void **state) {
     vd_context *context = test_context(1, VD_ISA_AUTO);
     static const int sizes[][2] = {{1, 1}, {2, 7}, {64, 64}, {65, 63}, {200, 131}, {130, 400}};
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
-        random_soup(context, sizes[i][0], sizes[i][1], 1, reduced() ? 200 : 1500, 77 + i);
-        random_soup(context, sizes[i][0], sizes[i][1], i % 2 == 0 ? 4 : 8, reduced() ? 40 : 150,
-                    99 + i);
+        random_soup(context, sizes[i][0], sizes[i][1], 1, test_is_reduced() ? 200 : 1500, 77 + i);
+        random_soup(context, sizes[i][0], sizes[i][1], i % 2 == 0 ? 4 : 8,
+                    test_is_reduced() ? 40 : 150, 99 + i);
     }
     vd_context_destroy(&context);
 }

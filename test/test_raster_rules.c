@@ -3,10 +3,6 @@
 #include "raster/raster_internal.h"
 #include "raster_scenes.h"
 
-static bool reduced(void) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL;
-}
-
 /* ---- coverage ---------------------------------------------------------------------------------*/
 
 /* The hits of one picture of all triangles, and the sum of those of each alone. */
@@ -79,7 +75,7 @@ static void a_mesh_is_watertight(void **state) {
     const vd_camera camera = flat_camera();
     static const int samples[] = {1, 4, 8};
     uint64_t random = 5;
-    for (int round = 0; round < (reduced() ? 3 : 9); round++) {
+    for (int round = 0; round < (test_is_reduced() ? 3 : 9); round++) {
         const int size = 30 + 37 * (round % 4), n = 4 + 2 * round % 17;
         const size_t triangles = make_grid(&random, n, size, 0.5, positions);
         uint64_t together, apart;
@@ -135,7 +131,7 @@ static void a_million_triangles_agree(void **state) {
     vd_raster_def def = vd_raster_def_default();
     def.tile_pixels = SIZE;
     uint64_t random = 8;
-    for (int batch = 0; batch < (reduced() ? 200 : 1000000 / BATCH); batch++) {
+    for (int batch = 0; batch < (test_is_reduced() ? 200 : 1000000 / BATCH); batch++) {
         random_triangles(&random, SIZE, SIZE, positions, BATCH);
         vd_mesh *mesh = soup(context, positions, BATCH * 3);
         vd_draw draw = vd_draw_default();

@@ -6,7 +6,7 @@
 #include "terrain/shadow_internal.h"
 
 static int rounds(int full) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL ? (full + 9) / 10 : full;
+    return test_is_reduced() ? (full + 9) / 10 : full;
 }
 
 static vd_heightfield *make_map(vd_context *context, vd_height_type type, int width, int height,

@@ -2,10 +2,6 @@
  * kernels, kinds of colour and of positions; numbers that are none. */
 #include "splat_scenes.h"
 
-static bool reduced(void) {
-    return getenv("VEDUTA_TEST_REDUCED") != NULL;
-}
-
 /* Returns the reference's hash of the colours. */
 static uint64_t compare_all(const vd_splat_def *base, const vd_camera *camera,
                             const vd_splats *splats, int count, int width, int height) {
@@ -42,7 +38,7 @@ static uint64_t compare_all(const vd_splat_def *base, const vd_camera *camera,
 static void every_mode_and_kernel(void **state) {
     (void)state;
     cloud *c = malloc(sizeof *c);
-    fill_cloud(c, reduced() ? 1000 : CLOUD_MOST, 1, 0.02);
+    fill_cloud(c, test_is_reduced() ? 1000 : CLOUD_MOST, 1, 0.02);
     vd_splats splats = cloud_splats(c);
     splats.opacity = 0.7f;
     splats.weight = c->weight;
@@ -230,7 +226,7 @@ static void over_frames(void **state) {
     const unsigned planes = VD_PLANE_DEPTH | VD_PLANE_ID;
     vd_context *context = test_context(1, VD_ISA_AUTO);
     cloud *c = malloc(sizeof *c);
-    fill_cloud(c, reduced() ? 1000 : CLOUD_MOST, 8, 0.02);
+    fill_cloud(c, test_is_reduced() ? 1000 : CLOUD_MOST, 8, 0.02);
     vd_splat_def def = vd_splat_def_default();
     def.over_frame = true;
     vd_frame *before = any_frame(context, planes, 0.0f, 0.1f);
