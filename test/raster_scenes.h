@@ -100,7 +100,8 @@ static inline void assert_same_frames(const vd_frame *a, const vd_frame *b) {
     }
 }
 
-/* Draws by every method, level and number of threads and compares with the reference. */
+/* Draws by every method, level and number of threads and compares with the reference; reduced, each
+ * level with one number of threads. */
 static inline void compare_all(const vd_raster_def *base, const vd_camera *camera,
                                const vd_draw *draws, int count, int width, int height) {
     vd_context *context = test_context(1, VD_ISA_AUTO);
@@ -111,7 +112,7 @@ static inline void compare_all(const vd_raster_def *base, const vd_camera *camer
     const uint64_t hits = stats.hits;
     for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
         static const int threads[] = {1, 2, 7};
-        for (int t = 0; t < 3; t++) {
+        for (int t = test_is_reduced() ? 1 + isa % 2 : 0; t < 3; t += test_is_reduced() ? 3 : 1) {
             vd_context *other = test_context(threads[t], (vd_isa)isa);
             for (int m = 0; m < VD_RASTER_REFERENCE; m++) {
                 def.method = (vd_raster_method)m;

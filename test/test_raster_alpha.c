@@ -275,7 +275,7 @@ static void windows_make_the_picture(void **state) {
     vd_texture *texture = leaf(context);
     vd_material materials[4];
     make_materials(texture, materials);
-    vd_mesh *mesh = quads(context, 80, 7, 150, true, 5);
+    vd_mesh *mesh = quads(context, test_is_reduced() ? 25 : 80, 7, 150, true, 5);
     vd_draw draw = vd_draw_default();
     draw.mesh = mesh;
     draw.cull = VD_CULL_NONE;

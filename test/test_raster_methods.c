@@ -28,9 +28,9 @@ static void random_triangles_agree(void **state) {
     vd_context *context = test_context(1, VD_ISA_AUTO);
     static const int sizes[][2] = {{1, 1}, {2, 7}, {64, 64}, {65, 63}, {200, 131}, {130, 400}};
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
-        random_soup(context, sizes[i][0], sizes[i][1], 1, test_is_reduced() ? 200 : 1500, 77 + i);
+        random_soup(context, sizes[i][0], sizes[i][1], 1, test_is_reduced() ? 60 : 1500, 77 + i);
         random_soup(context, sizes[i][0], sizes[i][1], i % 2 == 0 ? 4 : 8,
-                    test_is_reduced() ? 40 : 150, 99 + i);
+                    test_is_reduced() ? 25 : 150, 99 + i);
     }
     vd_context_destroy(&context);
 }
@@ -43,10 +43,11 @@ static void sizes_change_nothing(void **state) {
                                    {128, 8, 256, 7}, {256, 16, 64, 500}, {16, 16, 16, 100000}};
     vd_context *context = test_context(2, VD_ISA_AUTO);
     enum { WIDTH = 300, HEIGHT = 170, TRIANGLES = 400 };
+    const size_t count = test_is_reduced() ? 60 : TRIANGLES;
     float positions[9 * TRIANGLES];
     uint64_t seed = 5;
-    random_triangles(&seed, WIDTH, HEIGHT, positions, TRIANGLES);
-    vd_mesh *mesh = soup(context, positions, TRIANGLES * 3);
+    random_triangles(&seed, WIDTH, HEIGHT, positions, count);
+    vd_mesh *mesh = soup(context, positions, count * 3);
     vd_draw draw = vd_draw_default();
     draw.mesh = mesh;
     draw.cull = VD_CULL_NONE;
@@ -76,7 +77,8 @@ static void spheres_agree(void **state) {
     vd_context *context = test_context(1, VD_ISA_AUTO);
     vd_mesh *near =
         sphere(context, 20, 40, 1.0, vd_vec3_make(0.1, 0, 1.2)); /* through the near plane */
-    vd_mesh *far = sphere(context, 60, 80, 1.0, vd_vec3_make(0.5, 0.3, 4));
+    const int part = test_is_reduced() ? 2 : 1;
+    vd_mesh *far = sphere(context, 60 / part, 80 / part, 1.0, vd_vec3_make(0.5, 0.3, 4));
     static const vd_shading shadings[] = {VD_SHADING_PHONG, VD_SHADING_FLAT,    VD_SHADING_DEPTH,
                                           VD_SHADING_UV,    VD_SHADING_NORMALS, VD_SHADING_ID};
     const vd_camera camera = plain_camera(150, 100, 90.0, 0.5);
@@ -107,7 +109,8 @@ static void lit_surfaces_agree(void **state) {
     vd_context *context = test_context(1, VD_ISA_AUTO);
     vd_mesh *coarse = sphere(context, 7, 9, 1.0, vd_vec3_make(0, 0.1, 3));
     vd_mesh *near = sphere(context, 12, 16, 1.0, vd_vec3_make(0.1, 0, 1.2));
-    vd_mesh *fine = sphere(context, 70, 90, 0.4, vd_vec3_make(0.3, 0.2, 2));
+    const int part = test_is_reduced() ? 2 : 1;
+    vd_mesh *fine = sphere(context, 70 / part, 90 / part, 0.4, vd_vec3_make(0.3, 0.2, 2));
     vd_material materials[2] = {vd_material_default(), vd_material_default()};
     vd_phong phong = vd_phong_default();
     for (int round = 0; round < 8; round++) {
