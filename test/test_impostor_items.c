@@ -162,7 +162,8 @@ static void a_client_shows_what_there_is(void **state) {
     uint64_t random = 5;
     vd_vec3 motion = {1, 0.5, 0};
     double sum = 0.0, worst = 0.0;
-    for (int i = 0; i < 120; i++) {
+    const int turns = test_is_reduced() ? 40 : 120;
+    for (int i = 0; i < turns; i++) {
         if (i % 20 == 0) {
             motion = vd_vec3_make(2 * test_uniform(&random) - 1, 2 * test_uniform(&random) - 1,
                                   0.3 * test_uniform(&random));
@@ -177,10 +178,10 @@ static void a_client_shows_what_there_is(void **state) {
             worst = error > worst ? error : worst;
         }
     }
-    print_message("error %.4f on average, %.4f at worst, %d pictures, %zu bytes\n", sum / 120,
+    print_message("error %.4f on average, %.4f at worst, %d pictures, %zu bytes\n", sum / turns,
                   worst, s.client.count, s.client.bytes);
     /* A second filter at 150 × 110 pixels is most of it: vd_impostors_draw has 0.11. */
-    assert_true(sum / 120 < 0.2 && worst < 0.3);
+    assert_true(sum / turns < 0.2 && worst < 0.3);
     end();
 }
 
@@ -196,7 +197,7 @@ static void a_slow_client_is_never_wrong(void **state) {
             camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(0.5, 0.7, 0.0));
         }
         missing = serve(&camera, 1);
-        if (i % 10 == 0) {
+        if (i % (test_is_reduced() ? 30 : 10) == 0) {
             (void)show_error(&camera);
         }
     }
@@ -238,7 +239,7 @@ static void memory_is_kept(void **state) {
     def.memory_bytes = (size_t)1 << 20;
     begin(&def, 300);
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
-    for (int i = 0; i < 60; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 25 : 60); i++) {
         camera.orientation = vd_orientation_from_angles(0.1 * i, -0.25, 0.0);
         (void)serve(&camera, 1000);
         /* Sky and front, and what waits to be sent, are beside it. */

@@ -36,7 +36,7 @@ static void walk(walker *w, int number) {
 /* 100,000 updates: never more memory than was given, and every object on screen exactly once. */
 static void a_long_walk_keeps_its_budgets(void **state) {
     (void)state;
-    const int updates = test_is_reduced() ? 5000 : 100000;
+    const int updates = test_is_reduced() ? 1500 : 100000;
     vd_impostor_def def = patient();
     def.memory_bytes = (size_t)1 << 20;
     def.budget_s = 1e9;
@@ -138,7 +138,7 @@ static void fly(int number, uint64_t *random, vd_camera *camera, vd_vec3 *motion
 static void no_sky_shows_between_patches(void **state) {
     (void)state;
     static const double tolerances[] = {0.5, 1.0, 2.0};
-    const int moves = test_is_reduced() ? 100 : 500;
+    const int moves = test_is_reduced() ? 40 : 500;
     for (int t = 0; t < 3; t++) {
         vd_impostor_def def = patient();
         def.tolerance_px = tolerances[t];
@@ -190,7 +190,7 @@ static void jumps_are_no_motion(void **state) {
     uint64_t random = 31;
     begin(&s, 200, &def);
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
-    for (int i = 0; i < 60; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 24 : 60); i++) {
         camera.eye = vd_vec3_make(between(&random, -500, 500), between(&random, -500, 500),
                                   between(&random, 80, 250));
         camera.orientation = vd_orientation_from_angles(between(&random, 0, 6.3), -0.3, 0.0);
@@ -223,7 +223,7 @@ static void fading_keeps_premultiplied_sums(void **state) {
     assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frame));
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
     uint64_t fading = 0, partly = 0;
-    for (int i = 0; i < (test_is_reduced() ? 60 : 300); i++) {
+    for (int i = 0; i < (test_is_reduced() ? 40 : 300); i++) {
         camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(0.4, 0.7, 0.02));
         camera.orientation = vd_orientation_from_angles(0.01 * i, -0.1, 0.0);
         (void)step(&s, &camera);
@@ -317,7 +317,7 @@ static void what_fails_nearby_is_no_failure_of_an_update(void **state) {
     assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frame));
     const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
     vd_impostor_stats stats = {.failed = 0};
-    for (int i = 0; i < 60 * 4; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 60 : 60 * 4); i++) {
         stats = step(&s, &camera);
         if (i > 30) {
             assert_ok(vd_impostors_draw(s.set, NULL, &camera, frame, &stats));
@@ -381,7 +381,7 @@ static void bounds_may_be_flat_but_finite(void **state) {
     assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frame));
     vd_camera camera = looking(zero);
     vd_impostor_stats stats = {.shown = 0};
-    for (int i = 0; i < 60; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 24 : 60); i++) {
         camera.eye.x += 3.0;
         stats = step(&s, &camera);
         assert_ok(vd_impostors_draw(s.set, NULL, &camera, frame, NULL));

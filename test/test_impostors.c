@@ -12,7 +12,7 @@ static void everything_is_shown_once(void **state) {
         vd_camera camera = looking(vd_vec3_make(0, 0, 0));
         vd_vec3 motion = {2, 1, 0};
         uint64_t shown = 0, direct = 0;
-        for (int i = 0; i < 150; i++) {
+        for (int i = 0; i < (test_is_reduced() ? 50 : 150); i++) {
             if (i % 15 == 0) {
                 motion.x = 8 * test_uniform(&random) - 4;
                 motion.y = 8 * test_uniform(&random) - 4;
@@ -25,7 +25,8 @@ static void everything_is_shown_once(void **state) {
             direct += stats.direct;
             check_once(&s, &camera);
         }
-        assert_true(shown > 500 && direct > 50);
+        assert_true(shown > (test_is_reduced() ? 150 : 500) &&
+                    direct > (test_is_reduced() ? 15 : 50));
         end(&s);
     }
 }
@@ -66,7 +67,7 @@ static void moves_keep_to_the_tolerance(void **state) {
     begin(&s, 300, &def);
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
     uint64_t drawn = 0, shown = 0;
-    for (int i = 0; i < 120; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 40 : 120); i++) {
         camera.eye.x += 0.3;
         camera.eye.y += 0.2;
         const vd_impostor_stats stats = step(&s, &camera);
@@ -286,11 +287,12 @@ static vd_impostor_def linked(double bytes_per_s, double latency_s) {
 static void a_link_takes_its_time(void **state) {
     (void)state;
     static const double rates[] = {3e4, 4e5, 1e7};
+    const int balls = test_is_reduced() ? 60 : 300;
     for (int i = 0; i < 6; i++) {
         scene s;
         const double rate = rates[i / 2], latency = i % 2 == 0 ? 0.0 : 0.25;
         const vd_impostor_def def = linked(rate, latency);
-        begin(&s, 300, &def);
+        begin(&s, balls, &def);
         vd_camera camera = looking(vd_vec3_make(0, 0, 0));
         vd_impostor_stats stats = step(&s, &camera);
         const double first_s = s.time_s;
@@ -362,7 +364,7 @@ static uint64_t hash_of_run(int threads, const vd_impostor_def *def) {
     assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, VD_PLANE_DEPTH, &frame));
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
     uint64_t hash = 1469598103934665603u;
-    for (int i = 0; i < 40; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 10 : 40); i++) {
         camera.eye.x += 1.5;
         camera.eye.z += 0.3;
         vd_impostor_stats stats = step(&s, &camera);
