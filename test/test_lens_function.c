@@ -84,7 +84,7 @@ static vd_terrain_def random_def(const vd_function *function, const vd_colormap 
  * picture left behind would be seen. */
 static void march_draws_what_raycast_draws(void **state) {
     (void)state;
-    enum { CAMERAS = 12 };
+    const int cameras = test_is_reduced() ? 9 : 12;
     const int all = rounds(TEXTS * 4);
     uint64_t hits = 0, total = 0;
     vd_context *contexts[VD_ISA_COUNT] = {NULL};
@@ -103,7 +103,7 @@ static void march_draws_what_raycast_draws(void **state) {
         for (int isa = VD_ISA_V2; isa <= (int)vd_isa_best(); isa++) {
             functions[isa] = compile(contexts[isa], chosen);
         }
-        for (int c = 0; c < CAMERAS; c++) {
+        for (int c = 0; c < cameras; c++) {
             const int width = 1 + pick(&random, 90), height = 1 + pick(&random, 60);
             const vd_camera camera = random_camera(&random, width, height);
             vd_terrain_def def = random_def(functions[VD_ISA_V2], &colormap, &camera, &random);
@@ -146,7 +146,7 @@ static void a_renderer_draws_as_a_new_one(void **state) {
     assert_ok(vd_frame_create(context, 120, 80, VD_PLANE_DEPTH | VD_PLANE_ID, &frame));
     for (int round = 0; round < 2; round++) {
         const int before = allocator.calls;
-        for (int i = 0; i < 16; i++) {
+        for (int i = 0; i < (test_is_reduced() ? 5 : 16); i++) {
             const vd_camera camera =
                 camera_at(i * 70.0, i * -30.0, 350.0 + i, i * 0.4, -0.1 - 0.05 * i, 0.9, 120, 80);
             assert_ok(vd_terrain_renderer_draw(renderer, NULL, &camera, frame, NULL));
@@ -171,7 +171,7 @@ static void a_renderer_draws_as_a_new_one(void **state) {
 static void it_is_the_sampled_heightfield(void **state) {
     (void)state;
     vd_context *context = test_context(2, vd_isa_best());
-    for (int i = 0; i < TEXTS; i++) {
+    for (int i = 0; i < TEXTS; i += test_is_reduced() ? 5 : 1) {
         vd_function *function = compile(context, texts[i]);
         const vd_function_grid grid = {-700.0, 700.0, 1.0, 1401, 1401};
         vd_heightfield *map = NULL;
