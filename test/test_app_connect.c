@@ -19,7 +19,7 @@
     VEDUTA_SOURCE_DIR "/data/mont-blanc.png --cell-size 75 --size 240x136 --haze off "             \
                       "--threads 1 --token secret"
 
-enum { SIDE_X = 240, SIDE_Y = 136, WANDERERS = 8 };
+enum { SIDE_X = 240, SIDE_Y = 136, MOST_WANDERERS = 8 };
 
 static vd_context *context;
 static serve_process server;
@@ -231,9 +231,9 @@ typedef struct wanderer {
 } wanderer;
 
 /* Moves all for so long; now and then one loses its connection, or leaves and another comes. */
-static void wander(wanderer w[WANDERERS], double seconds, vd_frame *frame) {
+static void wander(wanderer *w, int count, double seconds, vd_frame *frame) {
     for (const double until_s = clock_s() + seconds; clock_s() < until_s; rest(1.0 / 30)) {
-        for (int i = 0; i < WANDERERS; i++) {
+        for (int i = 0; i < count; i++) {
             w[i].east += 200.0 * (chance() - 0.5);
             w[i].heading += 0.04 * (chance() - 0.5);
             if (chance() < 0.002) {
@@ -258,24 +258,25 @@ static void wander(wanderer w[WANDERERS], double seconds, vd_frame *frame) {
 static void wanderers_leave_nothing_behind(void **state) {
     (void)state;
     const char *wanted = getenv("VEDUTA_SOAK_SECONDS");
-    const double seconds = wanted != NULL ? atof(wanted) : test_is_reduced() ? 6.0 : 20.0;
+    const double seconds = wanted != NULL ? atof(wanted) : test_is_reduced() ? 4.0 : 20.0;
     serve_start(&server, "--port 0 --memory 8M --max-clients 64 " WORLD);
     rest(0.2);
     const int fds = descriptors(server.id), own = descriptors(getpid());
-    wanderer w[WANDERERS];
+    const int count = test_is_reduced() ? 4 : MOST_WANDERERS;
+    wanderer w[MOST_WANDERERS];
     vd_frame *frame = NULL;
     assert_ok(vd_frame_create(context, SIDE_X, SIDE_Y, 0, &frame));
-    for (int i = 0; i < WANDERERS; i++) {
+    for (int i = 0; i < count; i++) {
         w[i] = (wanderer){join("http", "secret", false), 6000.0 * (chance() - 0.5), 0.0};
     }
-    wander(w, 0.4 * seconds, frame);
+    wander(w, count, 0.4 * seconds, frame);
     const long warm_kib = resident_kib();
-    wander(w, 0.6 * seconds, frame);
+    wander(w, count, 0.6 * seconds, frame);
     const long end_kib = resident_kib();
     print_message("%g s: server %ld KiB, then %ld KiB\n", seconds, warm_kib, end_kib);
     /* Those that just left are kept a while, so it is flat to some of their pictures. */
     assert_true(end_kib < warm_kib + warm_kib / 4 + 48 * 1024);
-    for (int i = 0; i < WANDERERS; i++) {
+    for (int i = 0; i < count; i++) {
         const vd_camera camera = camera_of(w[i].east, w[i].heading);
         (void)settle(w[i].client, &camera);
         const vd_client_news news = news_of(w[i].client);

@@ -167,14 +167,15 @@ static void it_follows_a_moving_camera(void **state) {
     begin((size_t)64 << 20, true);
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
     double sum = 0.0;
-    for (int i = 0; i < 60; i++) {
+    const int steps = test_is_reduced() ? 35 : 60;
+    for (int i = 0; i < steps; i++) {
         camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(0.3, 0.5, 0.05));
         camera.orientation = vd_orientation_from_angles(0.1 + 0.004 * i, -0.25, 0.0);
         look(&camera);
         pass(1.0 / 60);
         sum += i >= 20 ? compare(&camera, NULL) : 0.0;
     }
-    assert_true(sum / 40 < 0.25);
+    assert_true(sum / (steps - 20) < 0.25);
     assert_true(news().answers > 0 && news().most_held_bytes < (size_t)64 << 20);
     end();
 }
@@ -258,7 +259,7 @@ static void it_stays_within_its_memory(void **state) {
     (void)state;
     begin((size_t)4 << 20, true);
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
-    for (int i = 0; i < 60; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 25 : 60); i++) {
         camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(3.0, 5.0, 0.1));
         camera.orientation = vd_orientation_from_angles(0.2 * i, -0.25, 0.0);
         look(&camera);
