@@ -16,11 +16,12 @@ static const char orbit_json[] =
     "{\"veduta_path\": 1, \"clearance\": 0, \"orbit\": {\"centre\": [25660, -6160, 1070], "
     "\"radius\": 420, \"height\": 240, \"duration\": 30}}\n";
 
-/* Measures the grove in 2 s of 128 × 72. */
+/* Measures the grove in 2 s of 128 × 72, reduced with fewer samples and comparisons. */
 static int evaluate(const char *arguments) {
     char line[1024];
-    (void)snprintf(line, sizeof line,
-                   "evaluate grove/forest.json orbit.json -s 128x72 --seconds 2 %s", arguments);
+    (void)snprintf(
+        line, sizeof line, "evaluate grove/forest.json orbit.json -s 128x72 --seconds 2 %s %s",
+        test_is_reduced() ? "--samples 1 --reference-samples 1 --compare 5" : "", arguments);
     return run("", line);
 }
 
@@ -29,6 +30,14 @@ static void evaluates(const char *arguments) {
     if (status != 0) {
         fail_msg("%s: exit status %d: %s", arguments, status, err);
     }
+}
+
+/* Of so many seconds, reduced of fewer. */
+static void evaluates_for(double seconds, const char *arguments) {
+    char line[512];
+    (void)snprintf(line, sizeof line, "--seconds %g %s", test_is_reduced() ? 0.4 : seconds,
+                   arguments);
+    evaluates(line);
 }
 
 static void fails(int expected, const char *arguments, const char *sentence) {
@@ -122,12 +131,14 @@ static void latency_is_seen(void **state) {
 
 static void virtual_runs_are_the_same(void **state) {
     (void)state;
-    evaluates("--virtual --bandwidth 1M --threads 1 -o -");
+    evaluates_for(2, "--virtual --bandwidth 1M --threads 1 -o -");
     memcpy(one, out, sizeof one);
     assert_non_null(strstr(one, "\"errors\": {"));
-    evaluates("--virtual --bandwidth 1M --threads 2 -o -");
-    assert_string_equal(out, one);
-    evaluates("--virtual --bandwidth 1M --threads 7 -o -");
+    if (!test_is_reduced()) {
+        evaluates_for(2, "--virtual --bandwidth 1M --threads 2 -o -");
+        assert_string_equal(out, one);
+    }
+    evaluates_for(2, "--virtual --bandwidth 1M --threads 7 -o -");
     assert_string_equal(out, one);
 }
 
@@ -137,17 +148,16 @@ static void programs_run_alone(void **state) {
     static const char *const parts[] = {NULL, "screen", "no_reuse"};
     static const char *const words[] = {"impostors", "screen", "no-reuse"};
     double error[3], fps[3];
-    evaluates("--seconds 1 --virtual --bandwidth 1M --json");
+    evaluates_for(1, "--virtual --bandwidth 1M --json");
     for (int i = 0; i < 3; i++) {
         error[i] = number_in(out, parts[i], "error");
         fps[i] = number_in(out, parts[i], "fps");
     }
     for (int i = 0; i < 3; i++) {
         char line[128];
-        (void)snprintf(line, sizeof line,
-                       "--seconds 1 --virtual --bandwidth 1M --only %s -o - --worst %d.png",
+        (void)snprintf(line, sizeof line, "--virtual --bandwidth 1M --only %s -o - --worst %d.png",
                        words[i], i);
-        evaluates(line);
+        evaluates_for(1, line);
         assert_true(fabs(number_in(out, parts[i], "error") - error[i]) < 1e-8); /* 9 digits */
         assert_true(fabs(number_in(out, parts[i], "fps") - fps[i]) < 1e-6);
         assert_true((strstr(out, "\"fps\": null") != NULL) == (i != 0));
@@ -197,25 +207,25 @@ static void what_a_display_costs_is_said(void **state) {
 /* What the dissertation's tables vary is an option each, and changes what it should. */
 static void the_tables_have_their_options(void **state) {
     (void)state;
-    evaluates("--seconds 1 --virtual --only impostors --json");
+    evaluates_for(1, "--virtual --only impostors --json");
     const double error = number_in(out, NULL, "error"), shown = number_in(out, NULL, "impostors");
     const double direct = number_in(out, NULL, "direct_objects");
     assert_true(number_in(out, "settings", "most_px") == 192.0);
-    evaluates("--seconds 1 --virtual --only impostors --most-px 16 --json");
+    evaluates_for(1, "--virtual --only impostors --most-px 16 --json");
     assert_true(number_in(out, NULL, "impostors") > 1.2 * shown);
-    evaluates("--seconds 1 --virtual --only impostors --least-reuse 1000 --json");
+    evaluates_for(1, "--virtual --only impostors --least-reuse 1000 --json");
     assert_true(number_in(out, NULL, "direct_objects") > direct + 10.0);
-    evaluates("--seconds 1 --virtual --only impostors --fade 200ms --json");
+    evaluates_for(1, "--virtual --only impostors --fade 200ms --json");
     assert_true(number_in(out, "settings", "fade") == 0.2);
     assert_true(number_in(out, NULL, "error") != error);
-    evaluates("--seconds 1 --virtual --only impostors --tolerance 0 --json");
+    evaluates_for(1, "--virtual --only impostors --tolerance 0 --json");
     assert_true(number_in(out, NULL, "failed") == 0.0);
     /* What a better one says of it is another number. */
-    evaluates("--seconds 1 --virtual --bandwidth 0 --only screen --samples 1 --reference-samples 1 "
-              "--json");
+    evaluates_for(1, "--virtual --bandwidth 0 --only screen --samples 1 --reference-samples 1 "
+                     "--json");
     const double alike = number_in(out, "screen", "error");
-    evaluates("--seconds 1 --virtual --bandwidth 0 --only screen --samples 1 --reference-samples 8 "
-              "--json");
+    evaluates_for(1, "--virtual --bandwidth 0 --only screen --samples 1 --reference-samples 8 "
+                     "--json");
     assert_true(number_in(out, "screen", "error") > alike);
     assert_true(number_in(out, "settings", "samples") == 1.0);
     assert_true(number_in(out, "settings", "reference_samples") == 8.0);
@@ -223,7 +233,7 @@ static void the_tables_have_their_options(void **state) {
 
 static void real_runs_say_what_they_took(void **state) {
     (void)state;
-    evaluates("--compare 4 --json");
+    evaluates(test_is_reduced() ? "--seconds 1 --compare 4 --json" : "--compare 4 --json");
     assert_true(number_in(out, NULL, "fps") > 0.0 && number_in(out, NULL, "fps") <= 60.5);
     assert_true(number_in(out, NULL, "frame_ms") > 0.0);
     assert_true(number_in(out, NULL, "slowest_ms") >= number_in(out, NULL, "frame_ms"));
@@ -245,7 +255,7 @@ static void results_are_written(void **state) {
     for (const char *end = strchr(at, ']'); at != NULL && at < end; at = strchr(at + 1, ',')) {
         times++;
     }
-    assert_int_equal(times, 20);
+    assert_int_equal(times, test_is_reduced() ? 10 : 20);
     vd_context *context = test_context(1, VD_ISA_AUTO);
     vd_picture *picture = NULL;
     assert_ok(vd_picture_load(context, "worst.png", &picture));
@@ -259,7 +269,7 @@ static void errors_are_plotted(void **state) {
     if (system("gnuplot --version >/dev/null 2>&1") != 0) {
         skip();
     }
-    evaluates("--virtual --compare 2 --plot error.svg");
+    evaluates_for(2, "--virtual --compare 2 --plot error.svg");
     read_back("error.svg", one, sizeof one);
     assert_non_null(strstr(one, "<svg"));
     assert_non_null(strstr(one, "whole screens, mean"));
