@@ -106,6 +106,10 @@ static vd_status show(replaying *r, const vd_wire_message *m) {
         printf(" %016llx version %u, %zu bytes", (unsigned long long)m->as.geometry.id,
                m->as.geometry.version, m->as.geometry.block.bytes);
         break;
+    case VD_WIRE_INSTANCE:
+        printf(" %016llx version %u of %016llx", (unsigned long long)m->as.instance.id,
+               m->as.instance.version, (unsigned long long)m->as.instance.model);
+        break;
     case VD_WIRE_REPLACE:
         printf(" %d by %d", m->as.replace.out.count, m->as.replace.in.count);
         break;

@@ -40,7 +40,7 @@ static vd_wire_message make(vd_wire_side side, vd_wire_kind kind) {
     switch (kind) {
     case VD_WIRE_HELLO:
         m.as.hello = client ? (vd_wire_hello){1,
-                                              VD_CODEC_ALL | VD_WIRE_MESHES,
+                                              VD_CODEC_ALL | VD_WIRE_MODELS,
                                               "s3cret",
                                               1u << 28,
                                               1280,
@@ -78,6 +78,24 @@ static vd_wire_message make(vd_wire_side side, vd_wire_kind kind) {
     case VD_WIRE_GEOMETRY:
         m.as.geometry =
             (vd_wire_geometry){5, 1, VD_WIRE_BRICK, {1, 2, 3}, {picture, sizeof picture}};
+        break;
+    case VD_WIRE_INSTANCE:
+        m.as.instance = (vd_wire_instance){.id = UINT64_MAX - 1,
+                                           .version = 3,
+                                           .model = 5,
+                                           .origin = {400000.125, 5e6, -3},
+                                           .axes = {{1, 0, 0}, {0, 2, 0.5f}, {0, -0.5f, 2}},
+                                           .sun = 0.75f,
+                                           .has_ground = true,
+                                           .ground = {-0.5f, 0.25f, 0}};
+        break;
+    case VD_WIRE_LIGHT:
+        m.as.light.light = (vd_light){.sun_direction = {0.6, 0, 0.8},
+                                      .sun = {3, 2.5f, 2},
+                                      .ambient_up = {0.5f, 0.6f, 0.7f},
+                                      .ambient_down = {0.1f, 0.2f, 0.15f},
+                                      .horizon = {0.25f, 0.5f, 1},
+                                      .haze_m = 30000};
         break;
     case VD_WIRE_REPLACE:
         m.as.replace = (vd_wire_replace){{ids, 3}, {others, 2}};
@@ -164,6 +182,12 @@ static void check_same(const vd_wire_message *a, const vd_wire_message *b) {
     case VD_WIRE_REPLACE:
         check_ids(a->as.replace.out, b->as.replace.out);
         check_ids(a->as.replace.in, b->as.replace.in);
+        break;
+    case VD_WIRE_INSTANCE:
+        assert_memory_equal(&a->as.instance, &b->as.instance, sizeof a->as.instance);
+        break;
+    case VD_WIRE_LIGHT:
+        assert_memory_equal(&a->as.light, &b->as.light, sizeof a->as.light);
         break;
     case VD_WIRE_STATS:
         assert_memory_equal(&a->as.stats, &b->as.stats, sizeof a->as.stats);
@@ -389,6 +413,19 @@ static void test_bounds_of_servers(void **state) {
     REFUSE(s, VD_WIRE_GEOMETRY, geometry.origin.z = NAN, "geometry.origin");
     REFUSE(s, VD_WIRE_GEOMETRY, geometry.block.bytes = 0, "geometry.block");
     REFUSE(s, VD_WIRE_GEOMETRY, geometry.block.bytes = SIZE_MAX, "geometry.block");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.id = 0, "instance.id");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.version = 0, "instance.version");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.model = 0, "instance.model");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.origin.x = 2e9, "instance.origin");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.axes[2][1] = NAN, "instance.axes");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.axes[0][0] = 2e6f, "instance.axes");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.sun = 1.5f, "instance.sun");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.ground[2] = INFINITY, "instance.ground");
+    REFUSE(s, VD_WIRE_LIGHT, light.light.sun_direction.z = 1, "light.sun_direction");
+    REFUSE(s, VD_WIRE_LIGHT, light.light.sun_direction.z = NAN, "light.sun_direction");
+    REFUSE(s, VD_WIRE_LIGHT, light.light.horizon.b = -1, "light.colors");
+    REFUSE(s, VD_WIRE_LIGHT, light.light.ambient_up.g = NAN, "light.colors");
+    REFUSE(s, VD_WIRE_LIGHT, light.light.haze_m = -1, "light.haze_m");
     REFUSE(s, VD_WIRE_REPLACE, replace.in = m_.as.replace.out, "both have the id 1");
     REFUSE(s, VD_WIRE_REPLACE, replace.in.count = m_.as.replace.out.count = 0, "both empty");
     REFUSE(s, VD_WIRE_REPLACE, replace.out.count = 4097, "replace.out has 4097");
@@ -487,6 +524,8 @@ static void test_foreign_bytes(void **state) {
         {"\x12\x02\x12\x00", 4, VD_WIRE_CLIENT, "camera.eye is missing"},
         {"\x12\x02\x1a\x00", 4, VD_WIRE_SERVER, "impostor.corners has 0 numbers"},
         {"\x12\x02\x2a\x00", 4, VD_WIRE_SERVER, "geometry.origin is missing"},
+        {"\x12\x03\x82\x01\x00", 5, VD_WIRE_SERVER, "instance.axes has 0 numbers"},
+        {"\x12\x03\x8a\x01\x00", 5, VD_WIRE_SERVER, "light.colors has 0 numbers"},
         {"\x12\x0c\x0a\x0a\x42\x08\1\0\0\0\0\0\0\0", 14, VD_WIRE_CLIENT,
          "hello.held_versions has 0"},
         {"\x12\x04\x5a\x02\x08\x63", 6, VD_WIRE_SERVER, NULL}, /* an error of a newer code */

@@ -15,13 +15,14 @@
  * Whatever the bytes, decoding ends with a status, in time and memory in proportion to them. What
  * it accepts is within the bounds: finite numbers, counts and sizes, a codec that there is. Not
  * checked are what only the receiver knows (whether an id is held, a sequence goes on) and what is
- * inside a picture or a block (vd_coder_decode, vd_mesh_validate …).
+ * inside a picture or a block (vd_coder_decode, vd_model_unpack …).
  */
 #ifndef VEDUTA_WIRE_H
 #define VEDUTA_WIRE_H
 
 #include <veduta/camera.h>
 #include <veduta/codec.h>
+#include <veduta/light.h>
 
 VD_BEGIN_DECLARATIONS
 
@@ -61,6 +62,8 @@ typedef enum vd_wire_kind {
     VD_WIRE_PONG,
     VD_WIRE_BYE,
     VD_WIRE_SETTINGS,
+    VD_WIRE_INSTANCE,
+    VD_WIRE_LIGHT,
     VD_WIRE_KIND_COUNT
 } vd_wire_kind;
 
@@ -85,7 +88,7 @@ typedef struct vd_wire_bytes {
 } vd_wire_bytes;
 
 /* Capabilities: VD_CODEC_BIT of the codecs, and: */
-#define VD_WIRE_MESHES (1u << 8)
+#define VD_WIRE_MODELS (1u << 8)
 #define VD_WIRE_BRICKS (1u << 9)
 #define VD_WIRE_SCREENS (1u << 10)
 
@@ -125,7 +128,7 @@ typedef struct vd_wire_order {
 } vd_wire_order;
 
 typedef enum vd_wire_geometry_kind {
-    VD_WIRE_MESH = 1,
+    VD_WIRE_MODEL = 1,
     VD_WIRE_BRICK,
     VD_WIRE_GEOMETRY_KIND_COUNT
 } vd_wire_geometry_kind;
@@ -135,8 +138,25 @@ typedef struct vd_wire_geometry {
     uint32_t version;
     vd_wire_geometry_kind kind;
     vd_vec3 origin;
-    vd_wire_bytes block;
+    vd_wire_bytes block; /* VD_WIRE_MODEL: vd_model_pack's */
 } vd_wire_geometry;
+
+/* A model that the client draws, placed. */
+typedef struct vd_wire_instance {
+    uint64_t id;
+    uint32_t version;
+    uint64_t model; /* id of a vd_wire_geometry */
+    vd_vec3 origin;
+    float axes[3][3]; /* where the model's x, y, z lead */
+    float sun;        /* share of the sun that it gets */
+    bool has_ground;  /* which hides what is below: */
+    float ground[3];  /* height over origin, rise to the east and to the north */
+} vd_wire_instance;
+
+/* What instances are lit by. */
+typedef struct vd_wire_light {
+    vd_light light; /* zenith and nadir are not sent: 0 */
+} vd_wire_light;
 
 typedef struct vd_wire_replace {
     vd_wire_ids out, in; /* each ascending, nothing in both */
@@ -224,6 +244,8 @@ typedef struct vd_wire_message {
         vd_wire_ping ping, pong;
         vd_wire_bye bye;
         vd_wire_settings settings;
+        vd_wire_instance instance;
+        vd_wire_light light;
     } as;
 } vd_wire_message;
 

@@ -8,6 +8,9 @@
 #define MOST_COORDINATE 1e9
 #define MOST_CORNER 1e7
 #define MOST_NUMBER 1e15
+#define MOST_METRES 1e6 /* of an instance */
+#define MOST_LIGHT 1e6
+#define MOST_HAZE_M 1e12
 #define UNIT_TOLERANCE 1e-6
 #define SENTENCE_BYTES (VD_MESSAGE_BYTES)
 
@@ -27,6 +30,7 @@ static const struct {
     [VD_WIRE_STATS] = {"stats", C | S}, [VD_WIRE_ERROR] = {"error", C | S},
     [VD_WIRE_PING] = {"ping", C | S},   [VD_WIRE_PONG] = {"pong", C | S},
     [VD_WIRE_BYE] = {"bye", C | S},     [VD_WIRE_SETTINGS] = {"settings", C},
+    [VD_WIRE_INSTANCE] = {"instance", S}, [VD_WIRE_LIGHT] = {"light", S},
 };
 
 const char *vd_wire_kind_name(vd_wire_kind kind) {
@@ -239,11 +243,42 @@ static vd_status check_impostor(const vd_wire_impostor *m) {
 static vd_status check_geometry(const vd_wire_geometry *m) {
     vd_status status = check_id("geometry.id", m->id);
     THEN(check_count("geometry.version", m->version, 1, UINT32_MAX))
-    THEN(check_number("geometry.kind", (double)m->kind, VD_WIRE_MESH,
+    THEN(check_number("geometry.kind", (double)m->kind, VD_WIRE_MODEL,
                       VD_WIRE_GEOMETRY_KIND_COUNT - 1))
     THEN(check_vector("geometry.origin", m->origin))
     THEN(check_count("geometry.block's bytes", m->block.data != NULL ? m->block.bytes : 0, 1,
                      VD_WIRE_PICTURE_BYTES))
+    return status;
+}
+
+static vd_status check_instance(const vd_wire_instance *m) {
+    vd_status status = check_id("instance.id", m->id);
+    THEN(check_count("instance.version", m->version, 1, UINT32_MAX))
+    THEN(check_id("instance.model", m->model))
+    THEN(check_vector("instance.origin", m->origin))
+    THEN(check_number("instance.sun", (double)m->sun, 0, 1))
+    for (int i = 0; i < 9; i++) {
+        THEN(check_number("instance.axes", (double)m->axes[i / 3][i % 3], -MOST_METRES,
+                          MOST_METRES))
+    }
+    for (int i = 0; i < 3 && m->has_ground; i++) {
+        THEN(check_number("instance.ground", (double)m->ground[i], -MOST_METRES, MOST_METRES))
+    }
+    return status;
+}
+
+static vd_status check_light(const vd_light *m) {
+    const vd_linear colors[4] = {m->sun, m->ambient_up, m->ambient_down, m->horizon};
+    const vd_vec3 d = m->sun_direction;
+    vd_status status = check_vector("light.sun_direction", d);
+    THEN(check_number("light.sun_direction's squared length", vd_vec3_dot(d, d), 1 - UNIT_TOLERANCE,
+                      1 + UNIT_TOLERANCE))
+    for (int i = 0; i < 4; i++) {
+        THEN(check_number("light.colors", (double)colors[i].r, 0, MOST_LIGHT))
+        THEN(check_number("light.colors", (double)colors[i].g, 0, MOST_LIGHT))
+        THEN(check_number("light.colors", (double)colors[i].b, 0, MOST_LIGHT))
+    }
+    THEN(check_number("light.haze_m", m->haze_m, 0, MOST_HAZE_M))
     return status;
 }
 
@@ -340,6 +375,10 @@ vd_status vd_wire_check(vd_wire_side side, const vd_wire_message *message) {
         return check_order(&message->as.order);
     case VD_WIRE_GEOMETRY:
         return check_geometry(&message->as.geometry);
+    case VD_WIRE_INSTANCE:
+        return check_instance(&message->as.instance);
+    case VD_WIRE_LIGHT:
+        return check_light(&message->as.light.light);
     case VD_WIRE_REPLACE:
         return check_replace(&message->as.replace);
     case VD_WIRE_DROP:

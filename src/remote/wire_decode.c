@@ -86,6 +86,40 @@ static vd_status geometry(const Veduta__Wire__Geometry *from, vd_wire_geometry *
     return take_vector("geometry.origin", from->origin, &m->origin);
 }
 
+static vd_status instance(const Veduta__Wire__Instance *from, vd_wire_instance *m) {
+    if (from->n_axes != 9) {
+        return vd_failure(VD_ERROR_ARGUMENT, "instance.axes has %zu numbers, not 9", from->n_axes);
+    }
+    if (from->n_ground != 0 && from->n_ground != 3) {
+        return vd_failure(VD_ERROR_ARGUMENT, "instance.ground has %zu numbers, neither 0 nor 3",
+                          from->n_ground);
+    }
+    *m = (vd_wire_instance){.id = from->id,
+                            .version = from->version,
+                            .model = from->model,
+                            .sun = from->sun,
+                            .has_ground = from->n_ground == 3};
+    memcpy(m->axes, from->axes, sizeof m->axes);
+    if (m->has_ground) {
+        memcpy(m->ground, from->ground, sizeof m->ground);
+    }
+    return take_vector("instance.origin", from->origin, &m->origin);
+}
+
+static vd_status light(const Veduta__Wire__Light *from, vd_light *m) {
+    const float *c = from->colors;
+    if (from->n_colors != 12) {
+        return vd_failure(VD_ERROR_ARGUMENT, "light.colors has %zu numbers, not 12",
+                          from->n_colors);
+    }
+    *m = (vd_light){.sun = {c[0], c[1], c[2]},
+                    .ambient_up = {c[3], c[4], c[5]},
+                    .ambient_down = {c[6], c[7], c[8]},
+                    .horizon = {c[9], c[10], c[11]},
+                    .haze_m = from->haze_m};
+    return take_vector("light.sun_direction", from->sun_direction, &m->sun_direction);
+}
+
 static void screen(const Veduta__Wire__Screen *from, vd_wire_screen *m) {
     *m = (vd_wire_screen){.camera = from->camera,
                           .codec = (vd_codec)int_of(from->codec),
@@ -136,6 +170,10 @@ vd_status vd_wire_from_message(const Veduta__Wire__Message *from, vd_wire_messag
         break;
     case VD_WIRE_GEOMETRY:
         return geometry(from->geometry, &m->as.geometry);
+    case VD_WIRE_INSTANCE:
+        return instance(from->instance, &m->as.instance);
+    case VD_WIRE_LIGHT:
+        return light(from->light, &m->as.light.light);
     case VD_WIRE_REPLACE:
         m->as.replace = (vd_wire_replace){ids_of(from->replace->out, from->replace->n_out),
                                           ids_of(from->replace->in, from->replace->n_in)};

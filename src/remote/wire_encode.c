@@ -92,6 +92,35 @@ static void geometry(const vd_wire_geometry *m, vd_wire_record *r) {
     to->block = bytes_of(&m->block);
 }
 
+static void instance(const vd_wire_instance *m, vd_wire_record *r) {
+    Veduta__Wire__Instance *to = r->message.instance = &r->body.instance;
+    veduta__wire__instance__init(to);
+    to->id = m->id;
+    to->version = m->version;
+    to->model = m->model;
+    to->origin = vector_of(m->origin, r);
+    to->n_axes = 9;
+    to->axes = (float *)&m->axes[0][0];
+    to->sun = m->sun;
+    to->n_ground = m->has_ground ? 3 : 0;
+    to->ground = (float *)m->ground;
+}
+
+static void light(const vd_light *m, vd_wire_record *r) {
+    const vd_linear colors[4] = {m->sun, m->ambient_up, m->ambient_down, m->horizon};
+    Veduta__Wire__Light *to = r->message.light = &r->body.light;
+    veduta__wire__light__init(to);
+    for (int i = 0; i < 4; i++) {
+        r->colors[3 * i] = colors[i].r;
+        r->colors[3 * i + 1] = colors[i].g;
+        r->colors[3 * i + 2] = colors[i].b;
+    }
+    to->sun_direction = vector_of(m->sun_direction, r);
+    to->n_colors = 12;
+    to->colors = r->colors;
+    to->haze_m = m->haze_m;
+}
+
 static void replace(const vd_wire_replace *m, vd_wire_record *r) {
     Veduta__Wire__Replace *to = r->message.replace = &r->body.replace;
     veduta__wire__replace__init(to);
@@ -188,6 +217,12 @@ void vd_wire_to_record(const vd_wire_message *m, vd_wire_record *r) {
         break;
     case VD_WIRE_GEOMETRY:
         geometry(&m->as.geometry, r);
+        break;
+    case VD_WIRE_INSTANCE:
+        instance(&m->as.instance, r);
+        break;
+    case VD_WIRE_LIGHT:
+        light(&m->as.light.light, r);
         break;
     case VD_WIRE_REPLACE:
         replace(&m->as.replace, r);

@@ -11,6 +11,7 @@ typedef struct vd_wire_record {
     Veduta__Wire__Message message;
     Veduta__Wire__Vector vector;
     uint32_t opaque[4];
+    float colors[12];
     union {
         Veduta__Wire__Hello hello;
         Veduta__Wire__Camera camera;
@@ -26,6 +27,8 @@ typedef struct vd_wire_record {
         Veduta__Wire__Ping ping;
         Veduta__Wire__Bye bye;
         Veduta__Wire__Settings settings;
+        Veduta__Wire__Instance instance;
+        Veduta__Wire__Light light;
     } body;
 } vd_wire_record;
 
