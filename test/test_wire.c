@@ -83,11 +83,11 @@ static vd_wire_message make(vd_wire_side side, vd_wire_kind kind) {
         m.as.instance = (vd_wire_instance){.id = UINT64_MAX - 1,
                                            .version = 3,
                                            .model = 5,
-                                           .origin = {400000.125, 5e6, -3},
-                                           .axes = {{1, 0, 0}, {0, 2, 0.5f}, {0, -0.5f, 2}},
-                                           .sun = 0.75f,
-                                           .has_ground = true,
-                                           .ground = {-0.5f, 0.25f, 0}};
+                                           .place = {{400000.125, 5e6, -3},
+                                                     {{1, 0, 0}, {0, 2, 0.5f}, {0, -0.5f, 2}},
+                                                     0.75f,
+                                                     true,
+                                                     {-0.5f, 0.25f, 0}}};
         break;
     case VD_WIRE_LIGHT:
         m.as.light.light = (vd_light){.sun_direction = {0.6, 0, 0.8},
@@ -416,11 +416,11 @@ static void test_bounds_of_servers(void **state) {
     REFUSE(s, VD_WIRE_INSTANCE, instance.id = 0, "instance.id");
     REFUSE(s, VD_WIRE_INSTANCE, instance.version = 0, "instance.version");
     REFUSE(s, VD_WIRE_INSTANCE, instance.model = 0, "instance.model");
-    REFUSE(s, VD_WIRE_INSTANCE, instance.origin.x = 2e9, "instance.origin");
-    REFUSE(s, VD_WIRE_INSTANCE, instance.axes[2][1] = NAN, "instance.axes");
-    REFUSE(s, VD_WIRE_INSTANCE, instance.axes[0][0] = 2e6f, "instance.axes");
-    REFUSE(s, VD_WIRE_INSTANCE, instance.sun = 1.5f, "instance.sun");
-    REFUSE(s, VD_WIRE_INSTANCE, instance.ground[2] = INFINITY, "instance.ground");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.place.origin.x = 2e9, "instance.origin");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.place.axes[2][1] = NAN, "instance.axes");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.place.axes[0][0] = 2e6f, "instance.axes");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.place.sun = 1.5f, "instance.sun");
+    REFUSE(s, VD_WIRE_INSTANCE, instance.place.ground[2] = INFINITY, "instance.ground");
     REFUSE(s, VD_WIRE_LIGHT, light.light.sun_direction.z = 1, "light.sun_direction");
     REFUSE(s, VD_WIRE_LIGHT, light.light.sun_direction.z = NAN, "light.sun_direction");
     REFUSE(s, VD_WIRE_LIGHT, light.light.horizon.b = -1, "light.colors");

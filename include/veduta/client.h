@@ -74,6 +74,7 @@ VD_API void vd_client_cut(vd_client *client);
 
 typedef struct vd_client_shown {
     int quads;
+    int models;  /* drawn here */
     bool screen; /* a whole screen stands in for them */
     bool exact;  /* and is the very picture of this camera, without loss */
 } vd_client_shown;

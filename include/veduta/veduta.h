@@ -33,6 +33,7 @@
 #include <veduta/particles.h>
 #include <veduta/peaks.h>
 #include <veduta/picture.h>
+#include <veduta/placed.h>
 #include <veduta/raster.h>
 #include <veduta/shader.h>
 #include <veduta/shadow.h>

@@ -22,7 +22,7 @@
 
 #include <veduta/camera.h>
 #include <veduta/codec.h>
-#include <veduta/light.h>
+#include <veduta/placed.h>
 
 VD_BEGIN_DECLARATIONS
 
@@ -39,6 +39,7 @@ VD_BEGIN_DECLARATIONS
 #define VD_WIRE_SCREEN_BYTES ((size_t)15 << 20)
 #define VD_WIRE_IMPOSTOR_PIXELS ((size_t)1 << 24)
 #define VD_WIRE_TOKEN_BYTES 256
+#define VD_WIRE_INSTANCE_BYTES ((size_t)256) /* that one counts among what a client holds */
 #define VD_WIRE_LEAST_MEMORY ((uint64_t)1 << 20)
 #define VD_WIRE_MOST_MEMORY ((uint64_t)1 << 40)
 
@@ -146,11 +147,7 @@ typedef struct vd_wire_instance {
     uint64_t id;
     uint32_t version;
     uint64_t model; /* id of a vd_wire_geometry */
-    vd_vec3 origin;
-    float axes[3][3]; /* where the model's x, y, z lead */
-    float sun;        /* share of the sun that it gets */
-    bool has_ground;  /* which hides what is below: */
-    float ground[3];  /* height over origin, rise to the east and to the north */
+    vd_place place;
 } vd_wire_instance;
 
 /* What instances are lit by. */

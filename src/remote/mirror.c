@@ -43,6 +43,9 @@ vd_status vd_mirror_create(vd_context *context, const vd_mirror_def *def, vd_mir
     if (status.code == VD_OK) {
         status = vd_display_create(context, &m->display);
     }
+    if (status.code == VD_OK) {
+        status = vd_placer_create(context, &m->placer);
+    }
     if (status.code != VD_OK) {
         vd_mirror_destroy(&m);
         return status;
@@ -59,6 +62,7 @@ void vd_mirror_destroy(vd_mirror **mirror) {
     vd_packet_clear(m->context, &m->packets);
     vd_mirror_forget(m);
     vd_display_destroy(&m->display);
+    vd_placer_destroy(&m->placer);
     vd_coder_destroy(&m->coder);
     vd_wire_destroy(&m->wire);
     vd_wire_buffer_release(m->context, &m->buffer);
@@ -67,6 +71,8 @@ void vd_mirror_destroy(vd_mirror **mirror) {
     vd_release(m->context, m->ids);
     vd_release(m->context, m->versions);
     vd_release(m->context, m->quads);
+    vd_release(m->context, m->placed);
+    vd_release(m->context, m->behind);
     vd_release(m->context, m->drawn);
     pthread_mutex_destroy(&m->lock);
     vd_release(m->context, m);
@@ -147,7 +153,8 @@ void vd_mirror_open(vd_mirror *m, double now_s) {
     const bool looked = m->wanted.width > 0;
     const vd_wire_message hello = {.kind = VD_WIRE_HELLO,
                                    .as.hello = {.version = VD_WIRE_VERSION,
-                                                .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS,
+                                                .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS |
+                                                                VD_WIRE_MODELS,
                                                 .token = m->def.token,
                                                 .memory_bytes = m->def.memory_bytes,
                                                 .width = looked ? m->wanted.width : USUAL_WIDTH,

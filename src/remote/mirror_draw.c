@@ -11,18 +11,31 @@ static bool make_room(vd_mirror *m, int count) {
         return true;
     }
     vd_release(m->context, m->quads);
+    vd_release(m->context, m->placed);
+    vd_release(m->context, m->behind);
     vd_release(m->context, m->drawn);
     const size_t room = 2 * (size_t)count;
     m->quads = vd_allocate(m->context, room, sizeof *m->quads);
+    m->placed = vd_allocate(m->context, room, sizeof *m->placed);
+    m->behind = vd_allocate(m->context, room, sizeof *m->behind);
     m->drawn = vd_allocate(m->context, room, sizeof *m->drawn);
-    m->quad_room = m->quads != NULL && m->drawn != NULL ? (int)room : 0;
+    m->quad_room = m->quads != NULL && m->placed != NULL && m->behind != NULL &&
+                           m->drawn != NULL
+                       ? (int)room
+                       : 0;
     return m->quad_room > 0;
 }
 
+/* What is drawn of an order. */
+typedef struct gathered {
+    int quads, placed, kept;
+    vd_light light;
+} gathered;
+
 /* Adds a quad; one that no camera could show is left out. */
-static int add(vd_mirror *m, int count, vd_kept *kept, const int opaque[4], const vd_camera *camera,
-               const vd_vec3 corners[4]) {
-    vd_quad *quad = &m->quads[count];
+static void add(vd_mirror *m, gathered *s, vd_kept *kept, const int opaque[4],
+                const vd_camera *camera, const vd_vec3 corners[4]) {
+    vd_quad *quad = &m->quads[s->quads];
     *quad = (vd_quad){.picture = {.rgba = kept->rgba,
                                   .width = kept->width,
                                   .height = kept->height,
@@ -31,15 +44,27 @@ static int add(vd_mirror *m, int count, vd_kept *kept, const int opaque[4], cons
     memcpy(quad->picture.opaque, opaque, sizeof quad->picture.opaque);
     if (kept->width < 2 || kept->height < 2 || kept->width > VD_MAX_SIDE ||
         kept->height > VD_MAX_SIDE || vd_quad_place(quad, camera, corners).code != VD_OK) {
-        return count;
+        return;
     }
     kept->references++;
-    m->drawn[count] = kept;
-    return count + 1;
+    m->drawn[s->kept++] = kept;
+    s->quads++;
+}
+
+/* Adds a placed model; one whose model or light has not come is left out. */
+static void add_placed(vd_mirror *m, gathered *s, const vd_wire_instance *place) {
+    const vd_held *model = vd_mirror_find(m, place->model);
+    if (model == NULL || model->kept == NULL || model->kept->model == NULL || !m->has_light) {
+        return;
+    }
+    m->placed[s->placed] = (vd_placed){model->kept->model, place->place};
+    m->behind[s->placed++] = s->quads;
+    model->kept->references++;
+    m->drawn[s->kept++] = model->kept;
 }
 
 /* A screen as its camera saw it, from the eye of this one: right where that has turned alone. */
-static int add_screen(vd_mirror *m, const vd_camera *camera) {
+static void add_screen(vd_mirror *m, gathered *to, const vd_camera *camera) {
     const vd_mirror_screen *s = &m->screen;
     const vd_camera *from = s->known ? &s->camera.camera : camera;
     const double width = s->known ? s->camera.width : s->kept->width;
@@ -54,22 +79,51 @@ static int add_screen(vd_mirror *m, const vd_camera *camera) {
                                  vd_vec3_scale(vd_quat_rotate(from->orientation, ray), SCREEN_M));
     }
     /* Lossy screens are opaque as exact ones are; a promise that only hides what is behind. */
-    return add(m, 0, s->kept, opaque, camera, corners);
+    add(m, to, s->kept, opaque, camera, corners);
 }
 
 /* What is to be drawn, farthest first. */
-static int gather(vd_mirror *m, const vd_camera *camera, bool screen) {
+static gathered gather(vd_mirror *m, const vd_camera *camera, bool screen) {
+    gathered s = {.light = m->light};
     if (screen) {
-        return add_screen(m, camera);
+        add_screen(m, &s, camera);
+        return s;
     }
-    int count = 0;
     for (int i = 0; i < m->order_count; i++) {
         const vd_held *held = vd_mirror_find(m, m->order[i]);
-        if (held != NULL) {
-            count = add(m, count, held->kept, held->opaque, camera, held->corners);
+        if (held != NULL && held->kept == NULL) {
+            add_placed(m, &s, &held->place);
+        } else if (held != NULL && held->kept->rgba != NULL) { /* models are shown by places */
+            add(m, &s, held->kept, held->opaque, camera, held->corners);
         }
     }
-    return count;
+    return s;
+}
+
+/* Draws runs of quads and of models in turn, as the order has them. */
+static vd_status draw_all(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_frame *frame,
+                          const gathered *s, int *models) {
+    const vd_placed_window window = {frame->rgba, frame->width, frame->height, frame->stride};
+    vd_status status = vd_success();
+    memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
+    for (int q = 0, i = 0; status.code == VD_OK && (q < s->quads || i < s->placed);) {
+        const int until = i < s->placed ? m->behind[i] : s->quads;
+        int run = 0, drawn = 0;
+        while (i + run < s->placed && m->behind[i + run] == until) {
+            run++;
+        }
+        if (until > q) {
+            status = vd_display_draw(m->display, job, frame, m->quads + q, until - q, NULL);
+        }
+        if (status.code == VD_OK && run > 0) {
+            status = vd_placer_draw(m->placer, job, &s->light, camera, m->placed + i, run,
+                                    &window, &drawn);
+        }
+        *models += drawn;
+        q = until;
+        i += run;
+    }
+    return status;
 }
 
 static void copy(const vd_kept *from, vd_frame *to) {
@@ -85,7 +139,7 @@ vd_status vd_mirror_draw(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_
     view.camera = *camera;
     vd_client_shown made = {.quads = 0};
     vd_kept *whole = NULL;
-    int count = 0;
+    gathered what = {.quads = 0};
     pthread_mutex_lock(&m->lock);
     const vd_mirror_screen *s = &m->screen;
     const bool same = s->kept != NULL && s->known && vd_same_view(&s->camera, &view) &&
@@ -97,7 +151,7 @@ vd_status vd_mirror_draw(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_
         whole = s->kept;
         whole->references++;
     } else if (room) {
-        count = gather(m, camera, made.screen);
+        what = gather(m, camera, made.screen);
     }
     pthread_mutex_unlock(&m->lock);
     vd_status status =
@@ -106,13 +160,12 @@ vd_status vd_mirror_draw(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_
     if (whole != NULL) {
         copy(whole, frame);
     } else if (room) {
-        memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
-        status = vd_display_draw(m->display, job, frame, m->quads, count, NULL);
+        status = draw_all(m, job, camera, frame, &what, &made.models);
     }
-    made.quads = made.screen ? 0 : count;
+    made.quads = made.screen ? 0 : what.quads;
     pthread_mutex_lock(&m->lock);
     vd_mirror_release(m, whole);
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < what.kept; i++) {
         vd_mirror_release(m, m->drawn[i]);
     }
     pthread_mutex_unlock(&m->lock);

@@ -9,20 +9,23 @@
 /* Cameras that a screen may belong to: at most one is unanswered, so they are few. */
 enum { VD_MIRROR_CAMERAS = 64 };
 
-/* Pixels, shared between what is held and what is being drawn. */
+/* Pixels or a model, shared between what is held and what is being drawn. */
 typedef struct vd_kept {
     int references; /* lock */
+    size_t bytes;   /* that it counts */
     int width, height;
-    uint8_t *rgba; /* [height][width][4] */
+    uint8_t *rgba;   /* [height][width][4]; null: */
+    vd_model *model; /* to be placed by instances */
 } vd_kept;
 
-/* A picture that the server sent for an object. */
+/* What the server sent by an id: a picture, a model, or a place of a model. */
 typedef struct vd_held {
     uint64_t id;
     uint32_t version;
     vd_vec3 corners[4];
     int opaque[4];
-    vd_kept *kept;
+    vd_kept *kept;          /* null: a place */
+    vd_wire_instance place; /* whose model may come later, or never */
 } vd_held;
 
 /* A whole frame in place of pictures. */
@@ -44,6 +47,8 @@ struct vd_mirror {
     uint64_t *order; /* [order_count] */
     int order_count, order_room;
     vd_mirror_screen screen;
+    vd_light light; /* of what is placed */
+    bool has_light;
     vd_wire_camera wanted; /* the newest; width 0: none yet */
     bool wanted_is_new;
     vd_wire_settings settings;
@@ -66,8 +71,11 @@ struct vd_mirror {
 
     /* The drawing thread alone. */
     vd_display *display;
+    vd_placer *placer;
     vd_quad *quads;
-    vd_kept **drawn; /* [quad_room] */
+    vd_placed *placed; /* [quad_room], as all of these */
+    int *behind;       /* how many quads are behind each of them */
+    vd_kept **drawn;   /* of quads and models */
     int quad_room;
 };
 
@@ -86,6 +94,9 @@ void vd_mirror_end(vd_mirror *mirror, vd_client_state state, const char *sentenc
 /* Takes a message of a greeted server. */
 void vd_mirror_take_message(vd_mirror *mirror, const vd_wire_message *message, double now_s);
 
+/* Bytes that something held counts. */
+size_t vd_mirror_bytes(const vd_held *held);
+
 /* Under the lock. */
 void vd_mirror_release(vd_mirror *mirror, vd_kept *kept);
 vd_held *vd_mirror_find(const vd_mirror *mirror, uint64_t id);
@@ -93,5 +104,20 @@ void vd_mirror_forget(vd_mirror *mirror);
 
 /* Whether two cameras see the same, to the bit. */
 bool vd_same_view(const vd_wire_camera *a, const vd_wire_camera *b);
+
+/* ---- mirror_geometry.c ---- */
+
+/* Whether so many bytes more can be held under an id; asked before they are made. Tells the server
+ * if not. */
+bool vd_mirror_fits(vd_mirror *mirror, uint64_t id, size_t bytes);
+
+/* Holds what `made` says in place of what its id had; takes what it keeps over. False, and told,
+ * when memory is out. */
+bool vd_mirror_hold(vd_mirror *mirror, const vd_held *made);
+
+void vd_mirror_out_of_memory(vd_mirror *mirror);
+void vd_mirror_take_geometry(vd_mirror *mirror, const vd_wire_geometry *geometry);
+void vd_mirror_take_instance(vd_mirror *mirror, const vd_wire_instance *instance);
+void vd_mirror_take_light(vd_mirror *mirror, const vd_light *light);
 
 #endif

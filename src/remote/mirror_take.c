@@ -5,12 +5,13 @@
 
 /* ---- what is held -----------------------------------------------------------------------------*/
 
-static size_t bytes_of(const vd_kept *kept) {
-    return 4 * (size_t)kept->width * (size_t)kept->height;
+size_t vd_mirror_bytes(const vd_held *held) {
+    return held->kept != NULL ? held->kept->bytes : VD_WIRE_INSTANCE_BYTES;
 }
 
 void vd_mirror_release(vd_mirror *m, vd_kept *kept) {
     if (kept != NULL && --kept->references == 0) {
+        vd_model_destroy(&kept->model);
         vd_release(m->context, kept->rgba);
         vd_release(m->context, kept);
     }
@@ -37,7 +38,7 @@ vd_held *vd_mirror_find(const vd_mirror *m, uint64_t id) {
 
 static void remove_at(vd_mirror *m, int at) {
     vd_held *held = m->held[at];
-    m->news.held_bytes -= bytes_of(held->kept);
+    m->news.held_bytes -= vd_mirror_bytes(held);
     vd_mirror_release(m, held->kept);
     vd_release(m->context, held);
     m->held_count--;
@@ -74,7 +75,7 @@ static bool grow(vd_mirror *m, void **array, int *room, int count, size_t size) 
 
 /* ---- pictures ---------------------------------------------------------------------------------*/
 
-static void out_of_memory(vd_mirror *m) {
+void vd_mirror_out_of_memory(vd_mirror *m) {
     pthread_mutex_lock(&m->lock);
     vd_mirror_end(m, VD_CLIENT_LOST, "there is no memory for a picture; close something");
     pthread_mutex_unlock(&m->lock);
@@ -88,17 +89,21 @@ static vd_kept *unpack(vd_mirror *m, vd_codec codec, const vd_wire_bytes *pictur
     if (kept == NULL || rgba == NULL) {
         vd_release(m->context, kept);
         vd_release(m->context, rgba);
-        out_of_memory(m);
+        vd_mirror_out_of_memory(m);
         return NULL;
     }
-    *kept = (vd_kept){.references = 1, .width = width, .height = height, .rgba = rgba};
+    *kept = (vd_kept){.references = 1,
+                      .bytes = 4 * (size_t)width * (size_t)height,
+                      .width = width,
+                      .height = height,
+                      .rgba = rgba};
     const vd_status status = vd_coder_decode(m->coder, codec, picture->data, picture->bytes, width,
                                              height, rgba, (size_t)width);
     if (status.code != VD_OK) {
         vd_release(m->context, kept);
         vd_release(m->context, rgba);
         if (status.code == VD_ERROR_MEMORY) {
-            out_of_memory(m);
+            vd_mirror_out_of_memory(m);
         } else {
             vd_mirror_fail(m, VD_WIRE_FAULT_MALFORMED, status.message);
         }
@@ -107,12 +112,10 @@ static vd_kept *unpack(vd_mirror *m, vd_codec codec, const vd_wire_bytes *pictur
     return kept;
 }
 
-/* Whether one more picture fits; asked before it is unpacked. Only the network's thread changes
- * what is held. */
-static bool fits(vd_mirror *m, const vd_wire_impostor *p) {
-    const vd_held *old = vd_mirror_find(m, p->id);
-    const size_t before = m->news.held_bytes - (old != NULL ? bytes_of(old->kept) : 0);
-    if (before + 4 * (size_t)p->width * (size_t)p->height > m->def.memory_bytes) {
+bool vd_mirror_fits(vd_mirror *m, uint64_t id, size_t bytes) {
+    const vd_held *old = vd_mirror_find(m, id); /* only this thread changes what is held */
+    const size_t before = m->news.held_bytes - (old != NULL ? vd_mirror_bytes(old) : 0);
+    if (before + bytes > m->def.memory_bytes) {
         vd_mirror_fail(m, VD_WIRE_FAULT_TOO_MUCH,
                        "pictures take more memory than this client has; drop some before");
         return false;
@@ -124,44 +127,56 @@ static bool fits(vd_mirror *m, const vd_wire_impostor *p) {
     return true;
 }
 
-static void keep(vd_mirror *m, const vd_wire_impostor *p, double now_s) {
-    vd_kept *kept = fits(m, p) ? unpack(m, p->codec, &p->picture, p->width, p->height) : NULL;
-    if (kept == NULL) {
-        return;
-    }
+bool vd_mirror_hold(vd_mirror *m, const vd_held *given) {
     vd_held *made = vd_allocate(m->context, 1, sizeof *made);
     pthread_mutex_lock(&m->lock);
     if (made == NULL ||
         !grow(m, (void **)&m->held, &m->held_room, m->held_count + 1, sizeof *m->held)) {
-        vd_mirror_release(m, kept);
+        vd_mirror_release(m, given->kept);
         pthread_mutex_unlock(&m->lock);
         vd_release(m->context, made);
-        out_of_memory(m);
-        return;
+        vd_mirror_out_of_memory(m);
+        return false;
     }
-    *made = (vd_held){.id = p->id, .version = p->version, .kept = kept};
-    memcpy(made->opaque, p->opaque, sizeof made->opaque);
-    for (int i = 0; i < 4; i++) {
-        const float *c = p->corners[i];
-        made->corners[i] =
-            vd_vec3_add(p->origin, vd_vec3_make((double)c[0], (double)c[1], (double)c[2]));
+    *made = *given;
+    if (vd_mirror_find(m, made->id) != NULL) {
+        remove_at(m, place_of(m, made->id));
     }
-    if (vd_mirror_find(m, p->id) != NULL) {
-        remove_at(m, place_of(m, p->id));
-    }
-    const int at = place_of(m, p->id);
+    const int at = place_of(m, made->id);
     memmove(m->held + at + 1, m->held + at, (size_t)(m->held_count - at) * sizeof *m->held);
     m->held[at] = made;
     m->held_count++;
     vd_client_news *news = &m->news;
-    news->held_bytes += bytes_of(kept);
+    news->held_bytes += vd_mirror_bytes(made);
     news->most_held_bytes =
         news->held_bytes > news->most_held_bytes ? news->held_bytes : news->most_held_bytes;
-    news->pictures++;
     news->version++;
+    pthread_mutex_unlock(&m->lock);
+    return true;
+}
+
+static void keep(vd_mirror *m, const vd_wire_impostor *p, double now_s) {
+    vd_kept *kept = vd_mirror_fits(m, p->id, 4 * (size_t)p->width * (size_t)p->height)
+                        ? unpack(m, p->codec, &p->picture, p->width, p->height)
+                        : NULL;
+    if (kept == NULL) {
+        return;
+    }
+    vd_held made = {.id = p->id, .version = p->version, .kept = kept};
+    memcpy(made.opaque, p->opaque, sizeof made.opaque);
+    for (int i = 0; i < 4; i++) {
+        const float *c = p->corners[i];
+        made.corners[i] =
+            vd_vec3_add(p->origin, vd_vec3_make((double)c[0], (double)c[1], (double)c[2]));
+    }
+    if (!vd_mirror_hold(m, &made)) {
+        return;
+    }
+    pthread_mutex_lock(&m->lock);
+    m->news.pictures++;
     if (m->measuring) {
-        news->answer_s = now_s - m->camera_s;
-        news->answers++;
+        m->news.answer_s = now_s - m->camera_s;
+        m->news.answers++;
     }
     m->measuring = false;
     pthread_mutex_unlock(&m->lock);
@@ -212,7 +227,7 @@ static void take_order(vd_mirror *m, const vd_wire_order *order) {
     }
     pthread_mutex_unlock(&m->lock);
     if (!room) {
-        out_of_memory(m);
+        vd_mirror_out_of_memory(m);
     }
 }
 
@@ -261,7 +276,7 @@ static void take_replace(vd_mirror *m, const vd_wire_replace *r) {
     if (!fit) {
         vd_mirror_fail(m, VD_WIRE_FAULT_TOO_MUCH, "an order has 65536 pictures at most");
     } else if (!grown) {
-        out_of_memory(m);
+        vd_mirror_out_of_memory(m);
     }
 }
 
@@ -275,7 +290,7 @@ static void drop(vd_mirror *m, const vd_wire_ids *ids) {
             next++;
         }
         if (next < ids->count && ids->ids[next] == held->id) {
-            m->news.held_bytes -= bytes_of(held->kept);
+            m->news.held_bytes -= vd_mirror_bytes(held);
             vd_mirror_release(m, held->kept);
             vd_release(m->context, held);
         } else {
@@ -319,8 +334,13 @@ void vd_mirror_take_message(vd_mirror *m, const vd_wire_message *message, double
         vd_mirror_fail(m, VD_WIRE_FAULT_OUT_OF_TURN, "hello is said once");
         break;
     case VD_WIRE_GEOMETRY:
-        vd_mirror_fail(m, VD_WIRE_FAULT_OUT_OF_TURN,
-                       "geometry came, which this client does not draw");
+        vd_mirror_take_geometry(m, &message->as.geometry);
+        break;
+    case VD_WIRE_INSTANCE:
+        vd_mirror_take_instance(m, &message->as.instance);
+        break;
+    case VD_WIRE_LIGHT:
+        vd_mirror_take_light(m, &message->as.light.light);
         break;
     default: /* of a newer version */
         break;

@@ -255,14 +255,14 @@ static vd_status check_instance(const vd_wire_instance *m) {
     vd_status status = check_id("instance.id", m->id);
     THEN(check_count("instance.version", m->version, 1, UINT32_MAX))
     THEN(check_id("instance.model", m->model))
-    THEN(check_vector("instance.origin", m->origin))
-    THEN(check_number("instance.sun", (double)m->sun, 0, 1))
+    THEN(check_vector("instance.origin", m->place.origin))
+    THEN(check_number("instance.sun", (double)m->place.sun, 0, 1))
     for (int i = 0; i < 9; i++) {
-        THEN(check_number("instance.axes", (double)m->axes[i / 3][i % 3], -MOST_METRES,
+        THEN(check_number("instance.axes", (double)m->place.axes[i / 3][i % 3], -MOST_METRES,
                           MOST_METRES))
     }
-    for (int i = 0; i < 3 && m->has_ground; i++) {
-        THEN(check_number("instance.ground", (double)m->ground[i], -MOST_METRES, MOST_METRES))
+    for (int i = 0; i < 3 && m->place.has_ground; i++) {
+        THEN(check_number("instance.ground", (double)m->place.ground[i], -MOST_METRES, MOST_METRES))
     }
     return status;
 }

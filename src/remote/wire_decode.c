@@ -97,13 +97,12 @@ static vd_status instance(const Veduta__Wire__Instance *from, vd_wire_instance *
     *m = (vd_wire_instance){.id = from->id,
                             .version = from->version,
                             .model = from->model,
-                            .sun = from->sun,
-                            .has_ground = from->n_ground == 3};
-    memcpy(m->axes, from->axes, sizeof m->axes);
-    if (m->has_ground) {
-        memcpy(m->ground, from->ground, sizeof m->ground);
+                            .place = {.sun = from->sun, .has_ground = from->n_ground == 3}};
+    memcpy(m->place.axes, from->axes, sizeof m->place.axes);
+    if (m->place.has_ground) {
+        memcpy(m->place.ground, from->ground, sizeof m->place.ground);
     }
-    return take_vector("instance.origin", from->origin, &m->origin);
+    return take_vector("instance.origin", from->origin, &m->place.origin);
 }
 
 static vd_status light(const Veduta__Wire__Light *from, vd_light *m) {

@@ -98,12 +98,12 @@ static void instance(const vd_wire_instance *m, vd_wire_record *r) {
     to->id = m->id;
     to->version = m->version;
     to->model = m->model;
-    to->origin = vector_of(m->origin, r);
+    to->origin = vector_of(m->place.origin, r);
     to->n_axes = 9;
-    to->axes = (float *)&m->axes[0][0];
-    to->sun = m->sun;
-    to->n_ground = m->has_ground ? 3 : 0;
-    to->ground = (float *)m->ground;
+    to->axes = (float *)&m->place.axes[0][0];
+    to->sun = m->place.sun;
+    to->n_ground = m->place.has_ground ? 3 : 0;
+    to->ground = (float *)m->place.ground;
 }
 
 static void light(const vd_light *m, vd_wire_record *r) {

@@ -1,0 +1,64 @@
+/* placed.h: models that a client draws itself, over what it shows.
+ *
+ *     light ─────┐
+ *     placed[] ──┴► the rasterizer and the shaders of a world ──► transparent ──► over the window
+ *
+ * What is placed in one call hides each other by depth; what was drawn before lies behind all of
+ * it. Of the ground each may bring the plane that it stands on, which hides what is below it and
+ * shows nothing itself. Materials, textures and haze are those of a world's own pictures; of the
+ * shadows that things and hills throw on a model there is one number.
+ *
+ * The native client and the page in a browser are made of the same file (src/world/placed.c): no
+ * threads, files or clock but those of the context, and the same bytes. Numbers may come from a
+ * hostile server: whatever they are, a call ends in time in proportion to the window and
+ * VD_PLACED_MOST.
+ */
+#ifndef VEDUTA_PLACED_H
+#define VEDUTA_PLACED_H
+
+#include <veduta/light.h>
+#include <veduta/model.h>
+
+VD_BEGIN_DECLARATIONS
+
+/* Primitives and vertices of a call; what comes after that is left out. */
+#define VD_PLACED_MOST ((uint64_t)1 << 20)
+
+typedef struct vd_place {
+    vd_vec3 origin;   /* where the model's own origin stands: world, metres */
+    float axes[3][3]; /* where its x, y and z axis lead, one after the other */
+    float sun;        /* share of the sun that it gets, 0 … 1 */
+    bool has_ground;  /* which hides what is below: */
+    float ground[3];  /* height over origin; how much it rises a metre to the east, to the north */
+} vd_place;
+
+typedef struct vd_placed {
+    const vd_model *model; /* not owned */
+    vd_place place;
+} vd_placed;
+
+/* Part of a frame, or one that is the caller's own. */
+typedef struct vd_placed_window {
+    uint8_t *rgba; /* [height][stride][4], premultiplied in encoded space */
+    int width, height;
+    size_t stride; /* pixels */
+} vd_placed_window;
+
+/* The memory that drawing takes, kept from call to call. One call at a time. */
+typedef struct vd_placer vd_placer;
+
+/* *out is owned by the caller. Returns VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_placer_create(vd_context *context, vd_placer **out);
+VD_API void vd_placer_destroy(vd_placer **placer);
+
+/* Draws `count` models over the window, 4 samples a pixel. Of `light`, zenith and nadir do not
+ * matter. `drawn` gets how many were in sight (may be null), and so may `job` be. Returns
+ * VD_ERROR_MEMORY, VD_ERROR_ARGUMENT (the camera) or VD_ERROR_CANCELLED; the window is then as it
+ * was. */
+VD_API VD_MUST_USE vd_status vd_placer_draw(vd_placer *placer, vd_job *job, const vd_light *light,
+                                            const vd_camera *camera, const vd_placed *placed,
+                                            int count, const vd_placed_window *window, int *drawn);
+
+VD_END_DECLARATIONS
+
+#endif

@@ -1,0 +1,321 @@
+/* placed.c: models over a client's frame. Also built to WebAssembly. */
+#include <veduta/placed.h>
+
+#include <math.h>
+#include <string.h>
+#include "core/core.h"
+#include "core/list.h"
+#include "image/image.h"
+#include "world/world_shader.h"
+
+/* As pictures of objects are drawn. */
+#define SAMPLES 4
+
+/* How much wider than what stands on it the ground is. */
+#define GROUND_SPARE 1.25
+
+#define BLENDED_ROWS 16
+
+struct vd_placer {
+    vd_context *context;
+    vd_raster *raster;
+    vd_mesh *ground; /* a square of ±1 m */
+    vd_frame *frame;
+    size_t frame_pixels;
+    vd_list draws;    /* vd_draw */
+    vd_list uniforms; /* vd_world_uniforms, by item */
+    vd_world_light light;
+};
+
+/* Pixels of the window. */
+typedef struct rectangle {
+    int x0, y0, x1, y1;
+} rectangle;
+
+vd_status vd_placer_create(vd_context *context, vd_placer **out) {
+    static const float corners[4][3] = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+    static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
+    vd_placer *g = vd_allocate_zero(context, 1, sizeof *g);
+    if (g == NULL) {
+        return vd_out_of_memory("drawing models", sizeof *g);
+    }
+    g->context = context;
+    vd_mesh_def def = vd_mesh_def_default();
+    def.vertex_count = 4;
+    def.positions = corners[0];
+    def.index_count = 6;
+    def.indices = indices;
+    vd_status status = vd_mesh_create(context, &def, &g->ground);
+    if (status.code == VD_OK) {
+        status = vd_raster_create(context, &g->raster);
+    }
+    if (status.code != VD_OK) {
+        vd_placer_destroy(&g);
+        return status;
+    }
+    *out = g;
+    return status;
+}
+
+void vd_placer_destroy(vd_placer **placer) {
+    vd_placer *g = *placer;
+    if (g == NULL) {
+        return;
+    }
+    *placer = NULL;
+    vd_raster_destroy(&g->raster);
+    vd_mesh_destroy(g->context, &g->ground);
+    vd_frame_destroy(&g->frame);
+    vd_release(g->context, g->draws.data);
+    vd_release(g->context, g->uniforms.data);
+    vd_release(g->context, g);
+}
+
+/* ---- where items are --------------------------------------------------------------------------*/
+
+static vd_matrix matrix_of(const vd_place *place) {
+    vd_matrix m = vd_matrix_translation(place->origin);
+    for (int r = 0; r < 3; r++) {
+        for (int c = 0; c < 3; c++) {
+            m.m[r][c] = (double)place->axes[c][r];
+        }
+    }
+    return m;
+}
+
+/* The box around a placed model. */
+static void box_of(const vd_placed *item, const vd_matrix *matrix, vd_vec3 *min,
+                   vd_vec3 *max) {
+    vd_vec3 low, high;
+    vd_model_bounds(item->model, &low, &high);
+    *min = vd_vec3_make(INFINITY, INFINITY, INFINITY);
+    *max = vd_vec3_scale(*min, -1.0);
+    for (int i = 0; i < 8; i++) {
+        const vd_vec3 at =
+            vd_matrix_transform(matrix, vd_vec3_make((i & 1) != 0 ? high.x : low.x,
+                                                     (i & 2) != 0 ? high.y : low.y,
+                                                     (i & 4) != 0 ? high.z : low.z));
+        *min = vd_vec3_min(*min, at);
+        *max = vd_vec3_max(*max, at);
+    }
+}
+
+static int clamp(double at, int most) {
+    return at > 0.0 ? at < most ? (int)at : most : 0; /* also of what is no number */
+}
+
+static rectangle join(rectangle a, rectangle b) {
+    return (rectangle){a.x0 < b.x0 ? a.x0 : b.x0, a.y0 < b.y0 ? a.y0 : b.y0,
+                       a.x1 > b.x1 ? a.x1 : b.x1, a.y1 > b.y1 ? a.y1 : b.y1};
+}
+
+/* Where a box is on screen, with a margin for edges; all of the window where some of it is nearer
+ * than the near plane; empty where all is. */
+static rectangle rectangle_of(const vd_camera *camera, const vd_placed_window *window,
+                              vd_vec3 min, vd_vec3 max) {
+    const vd_quat q = camera->orientation, back = {-q.x, -q.y, -q.z, q.w};
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    int behind = 0;
+    for (int i = 0; i < 8; i++) {
+        const vd_vec3 corner =
+            vd_vec3_make((i & 1) != 0 ? max.x : min.x, (i & 2) != 0 ? max.y : min.y,
+                         (i & 4) != 0 ? max.z : min.z);
+        const vd_vec3 at = vd_quat_rotate(back, vd_vec3_subtract(corner, camera->eye));
+        if (!(at.z > camera->near_m)) {
+            behind++;
+            continue;
+        }
+        const double p[2] = {camera->lens.cx + camera->lens.fx * at.x / at.z,
+                             camera->lens.cy + camera->lens.fy * at.y / at.z};
+        for (int k = 0; k < 2; k++) {
+            low[k] = p[k] < low[k] ? p[k] : low[k];
+            high[k] = p[k] > high[k] ? p[k] : high[k];
+        }
+    }
+    if (behind == 8) {
+        return (rectangle){window->width, window->height, 0, 0};
+    }
+    if (behind > 0) {
+        return (rectangle){0, 0, window->width, window->height};
+    }
+    return (rectangle){clamp(floor(low[0]) - 1.0, window->width),
+                       clamp(floor(low[1]) - 1.0, window->height),
+                       clamp(floor(high[0]) + 2.0, window->width),
+                       clamp(floor(high[1]) + 2.0, window->height)};
+}
+
+/* ---- draws ------------------------------------------------------------------------------------*/
+
+/* Hides what is behind and shows nothing. */
+static void shade_nothing(const vd_fragments *f) {
+    for (int c = 0; c < 4; c++) {
+        for (int i = 0; i < VD_BATCH; i++) {
+            f->color[c][i] = 0.0f;
+        }
+    }
+}
+
+static const vd_shader hiding = {.fragment = shade_nothing};
+
+static vd_draw *add_draws(vd_placer *g, int count) {
+    return vd_list_add(g->context, &g->draws, (size_t)count, sizeof(vd_draw));
+}
+
+/* The ground under an item. */
+static void dress_ground(const vd_placer *g, const vd_place *place, vd_vec3 min,
+                         vd_vec3 max, vd_draw *draw) {
+    const float *rise = place->ground;
+    const vd_vec3 middle = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
+    const double x = GROUND_SPARE * (0.5 * (max.x - min.x) + 1e-3);
+    const double y = GROUND_SPARE * (0.5 * (max.y - min.y) + 1e-3);
+    const double east = (double)rise[1], north = (double)rise[2];
+    vd_matrix m = vd_matrix_identity();
+    m.m[0][0] = x;
+    m.m[1][1] = y;
+    m.m[2][0] = east * x;
+    m.m[2][1] = north * y;
+    m.m[0][3] = middle.x;
+    m.m[1][3] = middle.y;
+    m.m[2][3] = place->origin.z + (double)rise[0] + east * (middle.x - place->origin.x) +
+                north * (middle.y - place->origin.y);
+    *draw = vd_draw_default();
+    draw->mesh = g->ground;
+    draw->world_from_mesh = m;
+    draw->shader = &hiding;
+    draw->cull = VD_CULL_NONE;
+}
+
+static uint64_t cost_of(const vd_model *model) {
+    uint64_t cost = 8; /* of a draw */
+    for (int i = 0; i < VD_TOPOLOGY_COUNT; i++) {
+        const vd_mesh *mesh = model->meshes[i];
+        cost += mesh != NULL ? (uint64_t)mesh->primitive_count + mesh->vertex_count : 0;
+    }
+    return cost;
+}
+
+/* Adds what is drawn of an item; `uniforms` is its own. */
+static vd_status add_item(vd_placer *g, const vd_placed *item, const vd_matrix *matrix,
+                          vd_vec3 min, vd_vec3 max, const vd_world_uniforms *uniforms) {
+    vd_draw parts[VD_TOPOLOGY_COUNT];
+    const int count = vd_model_draws(item->model, parts);
+    vd_draw *to = add_draws(g, count + (item->place.has_ground ? 1 : 0));
+    if (to == NULL) {
+        return vd_out_of_memory("models to be drawn", sizeof *to);
+    }
+    for (int i = 0; i < count; i++) {
+        to[i] = parts[i];
+        to[i].world_from_mesh = *matrix;
+        to[i].shader = vd_world_shader_for(&parts[i], item->model->has_colors);
+        to[i].uniforms = uniforms;
+    }
+    if (item->place.has_ground) {
+        dress_ground(g, &item->place, min, max, &to[count]);
+    }
+    return vd_success();
+}
+
+/* Gathers the draws of all items that may be seen, and where they are. */
+static vd_status gather(vd_placer *g, const vd_camera *camera, const vd_placed *items,
+                        int count, const vd_placed_window *window, rectangle *in, int *drawn) {
+    g->draws.count = g->uniforms.count = 0;
+    *in = (rectangle){window->width, window->height, 0, 0};
+    *drawn = 0;
+    vd_world_uniforms *uniforms =
+        vd_list_add(g->context, &g->uniforms, (size_t)count, sizeof *uniforms);
+    if (uniforms == NULL) {
+        return vd_out_of_memory("models to be drawn", (size_t)count * sizeof *uniforms);
+    }
+    uint64_t cost = 0;
+    vd_status status = vd_success();
+    for (int i = 0; i < count && status.code == VD_OK; i++) {
+        const vd_matrix matrix = matrix_of(&items[i].place);
+        vd_vec3 min, max;
+        box_of(&items[i], &matrix, &min, &max);
+        const rectangle at = rectangle_of(camera, window, min, max);
+        if (at.x0 >= at.x1 || at.y0 >= at.y1) {
+            continue;
+        }
+        cost += cost_of(items[i].model);
+        if (cost > VD_PLACED_MOST) {
+            break;
+        }
+        uniforms[i] =
+            (vd_world_uniforms){.light = &g->light, .sun_visible = items[i].place.sun};
+        status = add_item(g, &items[i], &matrix, min, max, &uniforms[i]);
+        *in = join(*in, at);
+        (*drawn)++;
+    }
+    return status;
+}
+
+/* ---- blending ---------------------------------------------------------------------------------*/
+
+typedef struct blending {
+    const vd_frame *from;
+    const vd_placed_window *to;
+    rectangle in;
+} blending;
+
+static void blend_row(const uint8_t *restrict from, uint8_t *restrict to, int pixels) {
+    for (int i = 0; i < pixels; i++) {
+        const unsigned rest = 255u - from[4 * i + 3];
+        for (int k = 0; k < 4 && rest < 255u; k++) {
+            to[4 * i + k] = vd_over(from[4 * i + k], to[4 * i + k], rest);
+        }
+    }
+}
+
+static void blend_rows(void *user, int index, int worker) {
+    const blending *b = user;
+    const int end = (index + 1) * BLENDED_ROWS;
+    (void)worker;
+    for (int y = index * BLENDED_ROWS; y < end && y < b->from->height; y++) {
+        const size_t at = (size_t)(b->in.y0 + y) * b->to->stride + (size_t)b->in.x0;
+        blend_row(b->from->rgba + 4 * (size_t)y * b->from->stride, b->to->rgba + 4 * at,
+                  b->from->width);
+    }
+}
+
+/* ---- all of it --------------------------------------------------------------------------------*/
+
+/* Draws what was gathered into a frame of its own and blends that over the window. */
+static vd_status draw(vd_placer *g, vd_job *job, const vd_camera *camera,
+                      const vd_placed_window *window, rectangle in) {
+    const int width = in.x1 - in.x0, height = in.y1 - in.y0;
+    vd_raster_def def = vd_raster_def_default();
+    def.samples = SAMPLES;
+    vd_status status =
+        vd_frame_fit(g->context, width, height, 0, &g->frame, &g->frame_pixels);
+    if (status.code == VD_OK) {
+        vd_frame_forget_objects(g->frame);
+        status = vd_raster_render(g->raster, job, &def, camera, g->draws.data, (int)g->draws.count,
+                                  g->frame, NULL);
+    }
+    if (status.code == VD_OK) {
+        blending b = {g->frame, window, in};
+        status = vd_parallel_for(g->context, NULL, (height + BLENDED_ROWS - 1) / BLENDED_ROWS,
+                                 blend_rows, &b);
+    }
+    return status;
+}
+
+vd_status vd_placer_draw(vd_placer *g, vd_job *job, const vd_light *light,
+                           const vd_camera *camera, const vd_placed *items, int count,
+                           const vd_placed_window *window, int *drawn) {
+    rectangle in;
+    int seen = 0;
+    vd_status status =
+        count > 0 ? gather(g, camera, items, count, window, &in, &seen) : vd_success();
+    if (status.code == VD_OK && seen > 0) {
+        vd_camera cut = *camera;
+        cut.lens.cx -= in.x0;
+        cut.lens.cy -= in.y0;
+        vd_world_light_aim(&g->light, light, &cut, NULL, NULL, 1.0, false);
+        status = draw(g, job, &cut, window, in);
+    }
+    if (drawn != NULL) {
+        *drawn = status.code == VD_OK ? seen : 0;
+    }
+    return status;
+}
