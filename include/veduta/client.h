@@ -42,7 +42,8 @@ typedef struct vd_client_def {
     const char *url;     /* http[s]://HOST[:PORT]/#token=TOKEN, as `veduta serve` prints it */
     bool insecure;       /* take any certificate */
     bool wants_world;    /* also ask for /world.json */
-    size_t memory_bytes; /* of pictures, at most; 4 MiB … 1 TiB */
+    size_t memory_bytes; /* of pictures and models, at most; 4 MiB … 1 TiB */
+    bool no_models;      /* nothing is drawn here but pictures */
     vd_wire_settings settings;
     void (*wake)(void *user); /* something new came; called by the client's thread; null: nobody */
     void *wake_user;

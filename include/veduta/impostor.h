@@ -25,6 +25,7 @@
 #define VEDUTA_IMPOSTOR_H
 
 #include <veduta/display.h>
+#include <veduta/placed.h>
 #include <veduta/world.h>
 
 VD_BEGIN_DECLARATIONS
@@ -88,8 +89,11 @@ typedef struct vd_impostor_def {
     double rest_s; /* how long the camera must rest before it settles */
     const vd_impostors *like; /* another set of the same world and renderer, that outlives this one:
                                  the tree of the ground is made once; null: none */
-    uint32_t first_version;   /* `ship`: of pictures; another one for every set tells them apart */
-    vd_impostor_pool *pool;   /* that pictures are shared through; outlives the set; null: none */
+    size_t placed_bytes;      /* `ship`: of models that the client draws itself, and of where they
+                                 stand, at most; 0: it draws none */
+    uint64_t placed_triangles; /* of these, in an order, at most */
+    uint32_t first_version;    /* `ship`: of pictures; another one for every set tells them apart */
+    vd_impostor_pool *pool;    /* that pictures are shared through; outlives the set; null: none */
 } vd_impostor_def;
 
 /* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples and 1,
@@ -182,13 +186,31 @@ VD_API const vd_frame *vd_impostors_still(const vd_impostors *impostors);
  * Besides pictures of objects and patches there are: the sky, six pictures around the eye and so
  * far away that they have no parallax; and the picture in front, of all that is drawn itself, on a
  * plane that faces the camera, made anew when it is wrong by more than the tolerance, when the
- * camera has turned beyond the spare, or when something else is in it. */
+ * camera has turned beyond the spare, or when something else is in it.
+ *
+ * With `placed_bytes` models that would be drawn itself, and of which the ground and what else is
+ * in front hides next to nothing, are not in that picture: the client gets each model once, and
+ * where instances of it stand, to be drawn over the picture in front (placed.h). */
+typedef enum vd_impostor_item_kind {
+    VD_IMPOSTOR_PICTURE = 0,
+    VD_IMPOSTOR_MODEL,
+    VD_IMPOSTOR_INSTANCE,
+    VD_IMPOSTOR_ITEM_KIND_COUNT
+} vd_impostor_item_kind;
+
+/* Bytes that an instance counts at a client; a model's are vd_model_packed_bytes. */
+#define VD_IMPOSTOR_INSTANCE_BYTES ((size_t)256)
+
 typedef struct vd_impostor_item {
-    uint64_t id;             /* of the object; of others its first byte is 254 or 255 */
-    uint32_t version;        /* grows with every picture of a set */
+    vd_impostor_item_kind kind;
+    const vd_model *model; /* VD_IMPOSTOR_MODEL: the world's */
+    uint64_t model_id;     /* VD_IMPOSTOR_INSTANCE: the model's id, and where it stands */
+    vd_place place;
+    uint64_t id;             /* of the object; of others its first byte is 252 … 255 */
+    uint32_t version;        /* grows with every item of a set */
     uint64_t shared;         /* number of its pixels in the pool: equal numbers, equal pixels; 0:
                                 it has none */
-    vd_vec3 corners[4];      /* as vd_quad_place takes them */
+    vd_vec3 corners[4];      /* VD_IMPOSTOR_PICTURE: as vd_quad_place takes them */
     vd_quad_picture picture; /* borrowed until the next call, delivering aside */
 } vd_impostor_item;
 

@@ -4,9 +4,9 @@
  *     placed[] ──┴► the rasterizer and the shaders of a world ──► transparent ──► over the window
  *
  * What is placed in one call hides each other by depth; what was drawn before lies behind all of
- * it. Of the ground each may bring the plane that it stands on, which hides what is below it and
- * shows nothing itself. Materials, textures and haze are those of a world's own pictures; of the
- * shadows that things and hills throw on a model there is one number.
+ * it. Of the ground each may bring the plane that it stands on, which hides what of it is below.
+ * Materials, textures and haze are those of a world's own pictures; of the shadows that things and
+ * hills throw on a model there is one number.
  *
  * The native client and the page in a browser are made of the same file (src/world/placed.c): no
  * threads, files or clock but those of the context, and the same bytes. Numbers may come from a
@@ -28,7 +28,7 @@ typedef struct vd_place {
     vd_vec3 origin;   /* where the model's own origin stands: world, metres */
     float axes[3][3]; /* where its x, y and z axis lead, one after the other */
     float sun;        /* share of the sun that it gets, 0 … 1 */
-    bool has_ground;  /* which hides what is below: */
+    bool has_ground;  /* which hides what of it is below: */
     float ground[3];  /* height over origin; how much it rises a metre to the east, to the north */
 } vd_place;
 

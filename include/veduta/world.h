@@ -180,6 +180,9 @@ VD_API double vd_world_renderer_cost(const vd_world_renderer *renderer, uint64_t
 VD_API VD_MUST_USE vd_status vd_world_renderer_light(vd_world_renderer *renderer, vd_job *job,
                                                      const vd_light *light);
 
+/* Returns the light; borrowed. */
+VD_API const vd_light *vd_world_renderer_get_light(const vd_world_renderer *renderer);
+
 /* Changes samples a pixel, from the next picture on: 1, 4 or 8. */
 VD_API VD_MUST_USE vd_status vd_world_renderer_set_samples(vd_world_renderer *renderer,
                                                            int samples);

@@ -60,9 +60,10 @@ static void add_index(deciding *d, vd_list *list, uint32_t index) {
 
 /* ---- one node ---------------------------------------------------------------------------------*/
 
-/* Whether one picture of all of a node is good: it lasts, and is neither too large nor too near. */
+/* Whether one picture of all of a node is good: it lasts for `least` frames, and is neither too
+ * large nor too near. */
 static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max, double most_px,
-                    double loosen) {
+                    double least, double loosen) {
     const vd_impostor_view *view = d->view;
     const vd_impostor_def *def = &d->set->def;
     const vd_vec3 middle = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
@@ -80,7 +81,7 @@ static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max,
     const double aside = sqrt(across > 0.0 ? across : 0.0) + FORWARD * fabs(along);
     const double way =
         vd_impostor_free_way(z, depth, view->focal_px, fmax(def->tolerance_px, 0.01));
-    return way * def->rate_hz >= def->least_reuse * loosen * fmax(aside, def->speed_mps);
+    return way * def->rate_hz >= least * loosen * fmax(aside, def->speed_mps);
 }
 
 /* Where ground is shown by patches, their pictures have what stands on them: what stands on ground
@@ -122,9 +123,11 @@ static wanted want(const deciding *d, uint32_t index, bool was_split) {
         return parts;
     }
     const double most = placed ? 2.0 * d->set->def.most_px : d->set->def.most_px;
+    const double least = d->set->def.least_reuse *
+                         (vd_impostors_may_place(d->set, index) ? VD_IMPOSTOR_PLACED_REUSE : 1.0);
     /* Of what fails as a whole the parts may not. */
     return !vd_impostor_is_skipped(d->set, index) &&
-                   is_good(d, index, min, max, most, was_split ? HYSTERESIS : 1.0)
+                   is_good(d, index, min, max, most, least, was_split ? HYSTERESIS : 1.0)
                ? PICTURE
                : parts;
 }
@@ -399,8 +402,8 @@ static bool walk_patch(deciding *d, uint32_t patch, bool emit) {
         return true;
     }
     const bool forced = set->any_near && vd_cells_overlap(&set->near, &cells);
-    if (!forced &&
-        is_good(d, index, min, max, PATCH_SIZE * set->def.most_px, was_split ? HYSTERESIS : 1.0)) {
+    if (!forced && is_good(d, index, min, max, PATCH_SIZE * set->def.most_px, set->def.least_reuse,
+                           was_split ? HYSTERESIS : 1.0)) {
         return show_patch(d, patch, was_split, emit);
     }
     if (leaf) {

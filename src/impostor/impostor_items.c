@@ -59,7 +59,7 @@ static vd_impostor_slot *find_slot(const vd_impostors *set, uint64_t id) {
 
 /* ---- what was made ----------------------------------------------------------------------------*/
 
-static vd_status add_item(vd_impostors *set, const vd_impostor_item *item) {
+vd_status vd_impostors_add_item(vd_impostors *set, const vd_impostor_item *item) {
     vd_impostor_item *to = vd_list_add(set->context, &set->items, 1, sizeof *to);
     if (to == NULL) {
         return vd_out_of_memory("pictures for a client", sizeof *to);
@@ -84,7 +84,7 @@ vd_status vd_impostors_fresh(vd_impostors *set, const vd_impostor_item **items, 
                                              .stride = (size_t)p->width}};
         memcpy(item.picture.opaque, p->opaque, sizeof p->opaque);
         vd_impostor_corners(p, item.corners);
-        status = add_item(set, &item);
+        status = vd_impostors_add_item(set, &item);
     }
     *items = set->items.data;
     *count = (int)set->items.count;
@@ -107,6 +107,7 @@ void vd_impostors_deliver(vd_impostors *set, uint64_t id, uint32_t version) {
         vd_impostor_extra *extra = &set->extras[i];
         extra->delivered = extra->delivered || (extra->id == id && extra->version == version);
     }
+    vd_impostors_deliver_placed(set, id, version);
     for (size_t i = 0; i < set->sending.count; i++) {
         if (sending[i].picture.version == version) {
             const vd_impostor_picture picture = sending[i].picture;
@@ -137,6 +138,7 @@ void vd_impostors_lose(vd_impostors *set, uint64_t id) {
     for (int i = 0; i < VD_EXTRAS; i++) {
         set->extras[i].delivered = set->extras[i].delivered && set->extras[i].id != id;
     }
+    vd_impostors_lose_placed(set, id);
     vd_impostor_slot *slot = find_slot(set, id);
     if (slot != NULL) {
         vd_impostor_release(set, &slot->now);
@@ -152,11 +154,12 @@ bool vd_impostors_holds(const vd_impostors *set, uint64_t id, uint32_t version) 
         }
     }
     const vd_impostor_slot *slot = find_slot(set, id);
-    return slot != NULL && slot->delivered && slot->now.rgba != NULL &&
-           slot->now.version == version;
+    return (slot != NULL && slot->delivered && slot->now.rgba != NULL &&
+            slot->now.version == version) ||
+           vd_impostors_holds_placed(set, id, version);
 }
 
-static int compare_ids(const void *a, const void *b) {
+int vd_impostor_compare_ids(const void *a, const void *b) {
     const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x > y) - (x < y);
 }
@@ -168,13 +171,15 @@ void vd_impostors_resume(vd_impostors *set, const uint64_t *ids, const uint32_t 
         const uint64_t id = is_slot ? id_of(set, vd_impostor_slot_at(set, i)->node)
                                     : set->extras[i - set->slots.count].id;
         const uint64_t *found =
-            count > 0 ? bsearch(&id, ids, (size_t)count, sizeof *ids, compare_ids) : NULL;
+            count > 0 ? bsearch(&id, ids, (size_t)count, sizeof *ids, vd_impostor_compare_ids)
+                      : NULL;
         const bool delivered = is_slot ? vd_impostor_slot_at(set, i)->delivered
                                        : set->extras[i - set->slots.count].delivered;
         if (delivered && (found == NULL || !vd_impostors_holds(set, id, versions[found - ids]))) {
             vd_impostors_lose(set, id);
         }
     }
+    vd_impostors_resume_placed(set, ids, versions, count);
 }
 
 void vd_impostors_set_tolerance(vd_impostors *set, double tolerance_px) {
@@ -203,7 +208,7 @@ static vd_status add_extra(vd_impostors *set, const vd_impostor_extra *extra) {
                     .width = extra->width,
                     .height = extra->height,
                     .stride = (size_t)extra->width}};
-    return add_item(set, &item);
+    return vd_impostors_add_item(set, &item);
 }
 
 /* The picture of an extra is a rectangle, x0, y0, x1, y1, of a camera's, `z` metres before it. */
@@ -426,7 +431,7 @@ static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_v
     vd_impostor_front *front = &set->in_front;
     const vd_impostor_extra *extra = &set->extras[VD_SKY_SIDES];
     bool any = false;
-    const uint64_t contents = contents_of(set, &any);
+    uint64_t contents = contents_of(set, &any);
     if (!any) {
         front->wanted = false;
         front->contents = 0;
@@ -438,6 +443,14 @@ static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_v
                      !holds_view(front, &view->camera, view->width, view->height);
     vd_status status =
         due ? draw_front(set, job, &view->camera, view->width, view->height) : vd_success();
+    bool hidden = false;
+    if (due && status.code == VD_OK) {
+        status = vd_impostors_hide_placed(set, &front->camera, set->scratch->wide, &hidden);
+    }
+    if (hidden && status.code == VD_OK) {
+        contents = contents_of(set, &any);
+        status = draw_front(set, job, &view->camera, view->width, view->height);
+    }
     front->contents = status.code == VD_OK ? contents : 0;
     return status.code == VD_OK && front->wanted && !extra->delivered ? add_extra(set, extra)
                                                                       : status;
@@ -450,10 +463,16 @@ vd_status vd_impostors_finish_order(vd_impostors *set, vd_job *job, const vd_imp
     set->items.count = 0;
     vd_status status = vd_impostors_decide(set, &view);
     if (status.code == VD_OK) {
+        status = vd_impostors_choose_placed(set, &view);
+    }
+    if (status.code == VD_OK) {
         status = renew_sky(set, job, &view);
     }
     if (status.code == VD_OK) {
         status = renew_front(set, job, &view);
+    }
+    if (status.code == VD_OK) {
+        status = vd_impostors_list_placed(set);
     }
     *items = set->items.data;
     *count = (int)set->items.count;
@@ -462,7 +481,7 @@ vd_status vd_impostors_finish_order(vd_impostors *set, vd_job *job, const vd_imp
 
 /* ---- the order --------------------------------------------------------------------------------*/
 
-static vd_status add_id(vd_impostors *set, uint64_t id) {
+vd_status vd_impostors_add_id(vd_impostors *set, uint64_t id) {
     uint64_t *to = vd_list_add(set->context, &set->ids, 1, sizeof *to);
     if (to == NULL) {
         return vd_out_of_memory("an order of pictures", sizeof *to);
@@ -486,7 +505,7 @@ static vd_status add_list(vd_impostors *set, const vd_impostor_view *view, const
         const double area = vd_vec3_dot(size, size) / fmax(vd_vec3_dot(way, way), 1e-9);
         *all += area;
         if (slot->now.rgba != NULL && slot->delivered) {
-            status = add_id(set, id_of(set, slot->node));
+            status = vd_impostors_add_id(set, id_of(set, slot->node));
         } else if (!slot->empty) {
             *missing += area;
         }
@@ -502,7 +521,7 @@ vd_status vd_impostors_order(vd_impostors *set, vd_impostor_order *out) {
     vd_status status = vd_success();
     set->ids.count = 0;
     for (int i = 0; i < VD_SKY_SIDES && status.code == VD_OK; i++) {
-        status = set->extras[i].delivered ? add_id(set, set->extras[i].id) : status;
+        status = set->extras[i].delivered ? vd_impostors_add_id(set, set->extras[i].id) : status;
     }
     if (status.code == VD_OK) {
         status = add_list(set, &view, &set->far, &missing, &all);
@@ -511,7 +530,10 @@ vd_status vd_impostors_order(vd_impostors *set, vd_impostor_order *out) {
         status = add_list(set, &view, &set->shown, &missing, &all);
     }
     if (status.code == VD_OK && set->in_front.wanted && front->delivered) {
-        status = add_id(set, front->id);
+        status = vd_impostors_add_id(set, front->id);
+    }
+    if (status.code == VD_OK) {
+        status = vd_impostors_order_placed(set);
     }
     *out = (vd_impostor_order){.ids = set->ids.data,
                                .count = (int)set->ids.count,
@@ -527,11 +549,14 @@ vd_status vd_impostors_gone(vd_impostors *set, const uint64_t **ids, int *count)
         vd_impostor_slot *slot = vd_impostor_slot_at(set, i);
         if (slot->delivered && (slot->now.rgba == NULL || slot->empty)) {
             slot->delivered = false;
-            status = add_id(set, id_of(set, slot->node));
+            status = vd_impostors_add_id(set, id_of(set, slot->node));
         }
     }
+    if (status.code == VD_OK) {
+        status = vd_impostors_gone_placed(set);
+    }
     if (set->ids.count > 1) {
-        qsort(set->ids.data, set->ids.count, sizeof(uint64_t), compare_ids);
+        qsort(set->ids.data, set->ids.count, sizeof(uint64_t), vd_impostor_compare_ids);
     }
     *ids = set->ids.data;
     *count = (int)set->ids.count;

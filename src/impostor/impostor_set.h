@@ -111,6 +111,34 @@ typedef struct vd_impostor_scratch {
     const vd_impostors *still_of; /* that drew it last */
 } vd_impostor_scratch;
 
+/* A model of the world, as a client has it. */
+typedef struct vd_impostor_model {
+    size_t bytes;     /* packed; 0: not asked yet */
+    uint32_t version; /* of what was sent last */
+    bool delivered, gone;
+    bool refused;  /* the client did not keep it */
+    uint64_t used; /* number of the last update that chose an instance */
+} vd_impostor_model;
+
+/* An instance that a client draws, drew or could draw. */
+typedef struct vd_impostor_stand {
+    uint32_t node, version;
+    double distance; /* metres, when it was last looked at */
+    bool chosen, delivered, gone;
+    bool left; /* something hid it, or it did not fit, seen from: */
+    vd_vec3 left_from;
+    vd_place place;
+} vd_impostor_stand;
+
+/* See impostor_placed.c. */
+typedef struct vd_impostor_placing {
+    vd_impostor_model *models; /* [assets]; null until something is chosen */
+    uint32_t *stand_of;        /* [world->node_count]: stand + 1; 0: none */
+    vd_list stands;            /* vd_impostor_stand */
+    vd_list chosen;            /* uint32_t stands, the nearest first */
+    size_t bytes;              /* of what the client has */
+} vd_impostor_placing;
+
 struct vd_impostors {
     vd_context *context;
     const vd_world *world;
@@ -161,6 +189,7 @@ struct vd_impostors {
     uint32_t versions;   /* of pictures so far */
     vd_impostor_extra extras[VD_EXTRAS];
     vd_impostor_front in_front; /* `ship`; see impostor_items.c */
+    vd_impostor_placing placing;
     vd_vec3 sky_eye;
     bool has_sky;  /* all sides of it, as from there */
     vd_list items; /* vd_impostor_item */
@@ -357,6 +386,43 @@ VD_MUST_USE vd_status vd_impostors_draw_relief(vd_impostors *set, vd_job *job,
 
 /* Whether so much waits for the link that a picture made now would come too late. */
 bool vd_impostors_link_is_full(const vd_impostors *set);
+
+/* ---- impostor_placed.c: what a client draws itself, out of what would be in the picture in front
+ */
+
+/* A client that can draw a thing itself does until its picture lasts for so many times least_reuse:
+ * where it stands takes some hundred bytes, once. */
+#define VD_IMPOSTOR_PLACED_REUSE 15.0
+
+/* Whether a node is one that the client may come to draw. */
+bool vd_impostors_may_place(const vd_impostors *set, uint32_t node);
+
+/* Takes what is to be drawn by the client out of `direct`. Returns VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_impostors_choose_placed(vd_impostors *set, const vd_impostor_view *view);
+
+/* Puts those back that are hidden by something of a picture in front that was drawn without them;
+ * `any` tells whether some were. Returns VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_impostors_hide_placed(vd_impostors *set, const vd_camera *camera,
+                                               const vd_frame *front, bool *any);
+
+/* Adds what has to be delivered to the items, chosen instances to the ids, farthest first, and what
+ * was given up to the ids. Return VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_impostors_list_placed(vd_impostors *set);
+VD_MUST_USE vd_status vd_impostors_order_placed(vd_impostors *set);
+VD_MUST_USE vd_status vd_impostors_gone_placed(vd_impostors *set);
+
+/* As those of impostor.h; do nothing, and are false, for other ids. */
+void vd_impostors_deliver_placed(vd_impostors *set, uint64_t id, uint32_t version);
+void vd_impostors_lose_placed(vd_impostors *set, uint64_t id);
+bool vd_impostors_holds_placed(const vd_impostors *set, uint64_t id, uint32_t version);
+void vd_impostors_resume_placed(vd_impostors *set, const uint64_t *ids, const uint32_t *versions,
+                                int count);
+void vd_impostors_release_placed(vd_impostors *set);
+
+/* ---- impostor_items.c ---- */
+VD_MUST_USE vd_status vd_impostors_add_item(vd_impostors *set, const vd_impostor_item *item);
+VD_MUST_USE vd_status vd_impostors_add_id(vd_impostors *set, uint64_t id);
+int vd_impostor_compare_ids(const void *a, const void *b);
 
 /* Gives up the least valuable pictures until all fit into the memory. */
 void vd_impostors_trim(vd_impostors *set);

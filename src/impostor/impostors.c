@@ -16,6 +16,7 @@ vd_impostor_def vd_impostor_def_default(void) {
                            .samples = 4,
                            .direct_samples = 1,
                            .most_direct = 64,
+                           .placed_triangles = 100000,
                            .settle = true};
     return def;
 }
@@ -184,6 +185,7 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     }
     vd_impostor_scratch_release(&set->own_scratch);
     vd_impostors_release_extras(set);
+    vd_impostors_release_placed(set);
     if (set->def.pool != NULL) {
         vd_impostor_pool_leave(set->def.pool);
     }

@@ -399,6 +399,7 @@ vd_status vd_client_create(vd_context *context, const vd_client_def *def, vd_cli
     const vd_mirror_def mirror = {.token = c->address.token[0] != '\0' ? c->address.token : NULL,
                                   .name = "veduta view",
                                   .memory_bytes = def->memory_bytes,
+                                  .no_models = def->no_models,
                                   .settings = def->settings};
     status = vd_mirror_create(context, &mirror, &c->mirror);
     if (status.code == VD_OK) {

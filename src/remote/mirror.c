@@ -151,17 +151,18 @@ void vd_mirror_open(vd_mirror *m, double now_s) {
     pthread_mutex_lock(&m->lock);
     const int held = list_held(m);
     const bool looked = m->wanted.width > 0;
-    const vd_wire_message hello = {.kind = VD_WIRE_HELLO,
-                                   .as.hello = {.version = VD_WIRE_VERSION,
-                                                .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS |
-                                                                VD_WIRE_MODELS,
-                                                .token = m->def.token,
-                                                .memory_bytes = m->def.memory_bytes,
-                                                .width = looked ? m->wanted.width : USUAL_WIDTH,
-                                                .height = looked ? m->wanted.height : USUAL_HEIGHT,
-                                                .name = m->def.name,
-                                                .held = {m->ids, held},
-                                                .held_versions = m->versions}};
+    const unsigned models = m->def.no_models ? 0 : VD_WIRE_MODELS;
+    const vd_wire_message hello = {
+        .kind = VD_WIRE_HELLO,
+        .as.hello = {.version = VD_WIRE_VERSION,
+                     .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | models,
+                     .token = m->def.token,
+                     .memory_bytes = m->def.memory_bytes,
+                     .width = looked ? m->wanted.width : USUAL_WIDTH,
+                     .height = looked ? m->wanted.height : USUAL_HEIGHT,
+                     .name = m->def.name,
+                     .held = {m->ids, held},
+                     .held_versions = m->versions}};
     m->news.connections++;
     m->wanted_is_new = looked;
     m->settings_are_new = true;

@@ -18,6 +18,7 @@ typedef struct vd_mirror_def {
     const char *token; /* null: none. Borrowed, as name */
     const char *name;  /* for people at the server; null: none */
     size_t memory_bytes;
+    bool no_models; /* nothing is drawn here but pictures */
     vd_wire_settings settings;
 } vd_mirror_def;
 

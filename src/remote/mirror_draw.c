@@ -19,8 +19,7 @@ static bool make_room(vd_mirror *m, int count) {
     m->placed = vd_allocate(m->context, room, sizeof *m->placed);
     m->behind = vd_allocate(m->context, room, sizeof *m->behind);
     m->drawn = vd_allocate(m->context, room, sizeof *m->drawn);
-    m->quad_room = m->quads != NULL && m->placed != NULL && m->behind != NULL &&
-                           m->drawn != NULL
+    m->quad_room = m->quads != NULL && m->placed != NULL && m->behind != NULL && m->drawn != NULL
                        ? (int)room
                        : 0;
     return m->quad_room > 0;
@@ -116,8 +115,8 @@ static vd_status draw_all(vd_mirror *m, vd_job *job, const vd_camera *camera, vd
             status = vd_display_draw(m->display, job, frame, m->quads + q, until - q, NULL);
         }
         if (status.code == VD_OK && run > 0) {
-            status = vd_placer_draw(m->placer, job, &s->light, camera, m->placed + i, run,
-                                    &window, &drawn);
+            status = vd_placer_draw(m->placer, job, &s->light, camera, m->placed + i, run, &window,
+                                    &drawn);
         }
         *models += drawn;
         q = until;

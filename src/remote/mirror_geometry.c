@@ -28,8 +28,7 @@ void vd_mirror_take_geometry(vd_mirror *m, const vd_wire_geometry *g) {
                        "a brick came, which this client does not draw");
         return;
     }
-    vd_model *model =
-        vd_mirror_fits(m, g->id, g->block.bytes) ? unpack_model(m, &g->block) : NULL;
+    vd_model *model = vd_mirror_fits(m, g->id, g->block.bytes) ? unpack_model(m, &g->block) : NULL;
     if (model == NULL) {
         return;
     }

@@ -184,10 +184,11 @@ static void greet(vd_session *s, const vd_wire_hello *hello) {
     }
     if (s->state == VD_SESSION_ACCEPTED) {
         s->state = VD_SESSION_SERVING;
-        const vd_wire_message answer = {.kind = VD_WIRE_HELLO,
-                                        .as.hello = {.version = VD_WIRE_VERSION,
-                                                     .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS,
-                                                     .name = s->def.name}};
+        const vd_wire_message answer = {
+            .kind = VD_WIRE_HELLO,
+            .as.hello = {.version = VD_WIRE_VERSION,
+                         .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | VD_WIRE_MODELS,
+                         .name = s->def.name}};
         vd_session_say(s, &answer);
     }
 }
@@ -198,6 +199,9 @@ bool vd_session_wants_past(const vd_session *s) {
 
 bool vd_session_takes_past(vd_session *s, vd_session *past) {
     int same = 0;
+    if (((s->hello.capabilities ^ past->hello.capabilities) & VD_WIRE_MODELS) != 0) {
+        return false; /* it does not draw what it did, or more */
+    }
     for (int i = 0; past->set != NULL && i < s->past_count; i++) {
         same += vd_impostors_holds(past->set, s->past_ids[i], s->past_versions[i]);
     }

@@ -62,6 +62,7 @@ struct vd_session {
     size_t arena_used;
     size_t turn_bytes; /* sent in this turn */
 
+    bool lit;            /* the client knows the light */
     uint64_t order_hash; /* of the last order sent */
     bool ordered;        /* what the client shows is an order, not a screen in its place */
     bool exact;          /* the client has the exact picture of its camera */
@@ -91,7 +92,7 @@ void vd_session_say(vd_session *session, const vd_wire_message *message);
 void vd_session_add(vd_session *session, const vd_wire_message *message, double now_s);
 void vd_session_flush(vd_session *session, double now_s);
 
-/* Packs a picture and adds it. */
+/* Packs a picture, or what the client draws itself, and adds it. */
 void vd_session_add_item(vd_session *session, const vd_impostor_item *item, double now_s);
 
 /* Packs a frame and sends it as a screen; `exact` frames without loss. False when it is too large

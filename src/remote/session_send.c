@@ -110,19 +110,23 @@ static double seconds_now(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* Room in the tools' memory; false when there is none. */
+static bool reserve_packed(vd_session_tools *tools, size_t room) {
+    if (room > tools->packed_bytes) {
+        vd_release(tools->context, tools->packed);
+        tools->packed = vd_allocate(tools->context, room, 1);
+        tools->packed_bytes = tools->packed != NULL ? room : 0;
+    }
+    return tools->packed != NULL;
+}
+
 /* Packs into the tools' memory and learns what it cost. */
 static vd_status pack(vd_session *s, const vd_codec_picture *picture, vd_encode_def *def,
                       vd_encoded *out) {
     vd_session_tools *tools = s->def.tools;
     const size_t room = vd_codec_bound(def->codec, picture->width, picture->height);
-    if (room > tools->packed_bytes) {
-        vd_release(tools->context, tools->packed);
-        tools->packed = vd_allocate(tools->context, room, 1);
-        tools->packed_bytes = tools->packed != NULL ? room : 0;
-        if (tools->packed == NULL) {
-            return vd_failure(VD_ERROR_MEMORY, "not enough memory to pack %zu bytes; free some",
-                              room);
-        }
+    if (!reserve_packed(tools, room)) {
+        return vd_failure(VD_ERROR_MEMORY, "not enough memory to pack %zu bytes; free some", room);
     }
     const double start_s = seconds_now();
     const vd_status status = vd_coder_encode(tools->coder, def, picture, tools->packed, room, out);
@@ -180,7 +184,31 @@ static void place(const vd_vec3 corners[4], vd_wire_impostor *out) {
     }
 }
 
-void vd_session_add_item(vd_session *s, const vd_impostor_item *item, double now_s) {
+/* A model is larger than most pictures: it is packed where pictures are, and goes at once. */
+static void add_model(vd_session *s, const vd_impostor_item *item, double now_s) {
+    const size_t bytes = vd_model_packed_bytes(item->model);
+    if (!reserve_packed(s->def.tools, bytes)) {
+        vd_session_fail(s, VD_WIRE_FAULT_INTERNAL, "the server is out of memory; try again later");
+        return;
+    }
+    vd_model_pack(item->model, s->def.tools->packed);
+    vd_wire_message message = {.kind = VD_WIRE_GEOMETRY};
+    message.as.geometry = (vd_wire_geometry){.id = item->id,
+                                             .version = item->version,
+                                             .kind = VD_WIRE_MODEL,
+                                             .block = {s->def.tools->packed, bytes}};
+    vd_session_add(s, &message, now_s);
+    vd_session_flush(s, now_s); /* the memory is used again */
+}
+
+static void add_instance(vd_session *s, const vd_impostor_item *item, double now_s) {
+    vd_wire_message message = {.kind = VD_WIRE_INSTANCE};
+    message.as.instance = (vd_wire_instance){
+        .id = item->id, .version = item->version, .model = item->model_id, .place = item->place};
+    vd_session_add(s, &message, now_s);
+}
+
+static void add_picture(vd_session *s, const vd_impostor_item *item, double now_s) {
     const vd_quad_picture *p = &item->picture;
     const uint8_t *data = NULL;
     vd_encoded encoded;
@@ -212,6 +240,20 @@ void vd_session_add_item(vd_session *s, const vd_impostor_item *item, double now
     }
     s->stats.pictures++;
     vd_session_add(s, &message, now_s);
+}
+
+void vd_session_add_item(vd_session *s, const vd_impostor_item *item, double now_s) {
+    switch (item->kind) {
+    case VD_IMPOSTOR_MODEL:
+        add_model(s, item, now_s);
+        break;
+    case VD_IMPOSTOR_INSTANCE:
+        add_instance(s, item, now_s);
+        break;
+    default:
+        add_picture(s, item, now_s);
+        break;
+    }
 }
 
 /* ---- screens ----------------------------------------------------------------------------------*/

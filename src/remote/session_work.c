@@ -15,6 +15,9 @@
 /* A turn that sent nothing, for a camera that stands still, is tried again after: */
 #define IDLE_S 0.04
 
+/* Of a client's memory, the part of models that it draws itself: one over this. */
+#define PLACED_SHARE 8
+
 /* Turned, the view is wider than the screen by this share of it on each side. */
 #define SPARE 0.12
 
@@ -34,8 +37,11 @@ static bool make_set(vd_session *s) {
                               ? (size_t)s->hello.memory_bytes
                               : s->def.memory_bytes;
     /* Sky and front are beside the pictures of objects. */
-    const size_t beside =
-        ((size_t)1 << 19) + 7 * (size_t)s->camera.width * (size_t)s->camera.height;
+    size_t beside = ((size_t)1 << 19) + 7 * (size_t)s->camera.width * (size_t)s->camera.height;
+    if ((s->hello.capabilities & VD_WIRE_MODELS) != 0) {
+        def.placed_bytes = wanted / PLACED_SHARE;
+        beside += def.placed_bytes;
+    }
     def.memory_bytes = wanted > beside + ((size_t)1 << 20) ? wanted - beside : (size_t)1 << 20;
     def.ship = true;
     def.spare = SPARE;
@@ -179,12 +185,23 @@ static vd_status send_order(vd_session *s, vd_job *job, double now_s) {
     return status;
 }
 
+/* What models are lit by, before the first of them. */
+static void send_light(vd_session *s, double now_s) {
+    vd_wire_message message = {.kind = VD_WIRE_LIGHT};
+    message.as.light.light = *vd_world_renderer_get_light(s->def.renderer);
+    vd_session_add(s, &message, now_s);
+    s->lit = true;
+}
+
 static vd_status work_impostors(vd_session *s, vd_job *job, double now_s) {
     const vd_impostor_item *items = NULL;
     int count = 0;
     vd_impostor_stats stats;
     if (s->set == NULL && !make_set(s)) {
         return vd_success();
+    }
+    if (!s->lit && (s->hello.capabilities & VD_WIRE_MODELS) != 0) {
+        send_light(s, now_s);
     }
     vd_impostors_set_tolerance(s->set, fmax((double)s->settings.tolerance_px, LEAST_TOLERANCE_PX));
     vd_status status = vd_impostors_update(s->set, job, &s->camera.camera, s->camera.width,

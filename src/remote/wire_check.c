@@ -22,14 +22,14 @@ static const struct {
     const char *name;
     int sides;
 } kinds[VD_WIRE_KIND_COUNT] = {
-    [VD_WIRE_NONE] = {"none", 0},       [VD_WIRE_HELLO] = {"hello", C | S},
-    [VD_WIRE_CAMERA] = {"camera", C},   [VD_WIRE_IMPOSTOR] = {"impostor", S},
-    [VD_WIRE_ORDER] = {"order", S},     [VD_WIRE_GEOMETRY] = {"geometry", S},
-    [VD_WIRE_REPLACE] = {"replace", S}, [VD_WIRE_DROP] = {"drop", C | S},
-    [VD_WIRE_SCREEN] = {"screen", S},   [VD_WIRE_ACKNOWLEDGE] = {"acknowledge", C},
-    [VD_WIRE_STATS] = {"stats", C | S}, [VD_WIRE_ERROR] = {"error", C | S},
-    [VD_WIRE_PING] = {"ping", C | S},   [VD_WIRE_PONG] = {"pong", C | S},
-    [VD_WIRE_BYE] = {"bye", C | S},     [VD_WIRE_SETTINGS] = {"settings", C},
+    [VD_WIRE_NONE] = {"none", 0},         [VD_WIRE_HELLO] = {"hello", C | S},
+    [VD_WIRE_CAMERA] = {"camera", C},     [VD_WIRE_IMPOSTOR] = {"impostor", S},
+    [VD_WIRE_ORDER] = {"order", S},       [VD_WIRE_GEOMETRY] = {"geometry", S},
+    [VD_WIRE_REPLACE] = {"replace", S},   [VD_WIRE_DROP] = {"drop", C | S},
+    [VD_WIRE_SCREEN] = {"screen", S},     [VD_WIRE_ACKNOWLEDGE] = {"acknowledge", C},
+    [VD_WIRE_STATS] = {"stats", C | S},   [VD_WIRE_ERROR] = {"error", C | S},
+    [VD_WIRE_PING] = {"ping", C | S},     [VD_WIRE_PONG] = {"pong", C | S},
+    [VD_WIRE_BYE] = {"bye", C | S},       [VD_WIRE_SETTINGS] = {"settings", C},
     [VD_WIRE_INSTANCE] = {"instance", S}, [VD_WIRE_LIGHT] = {"light", S},
 };
 

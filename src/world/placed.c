@@ -11,19 +11,15 @@
 /* As pictures of objects are drawn. */
 #define SAMPLES 4
 
-/* How much wider than what stands on it the ground is. */
-#define GROUND_SPARE 1.25
-
 #define BLENDED_ROWS 16
 
 struct vd_placer {
     vd_context *context;
     vd_raster *raster;
-    vd_mesh *ground; /* a square of ±1 m */
     vd_frame *frame;
     size_t frame_pixels;
-    vd_list draws;    /* vd_draw */
-    vd_list uniforms; /* vd_world_uniforms, by item */
+    vd_list draws;   /* vd_draw */
+    vd_list dresses; /* dress, by item */
     vd_world_light light;
 };
 
@@ -33,22 +29,12 @@ typedef struct rectangle {
 } rectangle;
 
 vd_status vd_placer_create(vd_context *context, vd_placer **out) {
-    static const float corners[4][3] = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
-    static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
     vd_placer *g = vd_allocate_zero(context, 1, sizeof *g);
     if (g == NULL) {
         return vd_out_of_memory("drawing models", sizeof *g);
     }
     g->context = context;
-    vd_mesh_def def = vd_mesh_def_default();
-    def.vertex_count = 4;
-    def.positions = corners[0];
-    def.index_count = 6;
-    def.indices = indices;
-    vd_status status = vd_mesh_create(context, &def, &g->ground);
-    if (status.code == VD_OK) {
-        status = vd_raster_create(context, &g->raster);
-    }
+    const vd_status status = vd_raster_create(context, &g->raster);
     if (status.code != VD_OK) {
         vd_placer_destroy(&g);
         return status;
@@ -64,10 +50,9 @@ void vd_placer_destroy(vd_placer **placer) {
     }
     *placer = NULL;
     vd_raster_destroy(&g->raster);
-    vd_mesh_destroy(g->context, &g->ground);
     vd_frame_destroy(&g->frame);
     vd_release(g->context, g->draws.data);
-    vd_release(g->context, g->uniforms.data);
+    vd_release(g->context, g->dresses.data);
     vd_release(g->context, g);
 }
 
@@ -84,17 +69,15 @@ static vd_matrix matrix_of(const vd_place *place) {
 }
 
 /* The box around a placed model. */
-static void box_of(const vd_placed *item, const vd_matrix *matrix, vd_vec3 *min,
-                   vd_vec3 *max) {
+static void box_of(const vd_placed *item, const vd_matrix *matrix, vd_vec3 *min, vd_vec3 *max) {
     vd_vec3 low, high;
     vd_model_bounds(item->model, &low, &high);
     *min = vd_vec3_make(INFINITY, INFINITY, INFINITY);
     *max = vd_vec3_scale(*min, -1.0);
     for (int i = 0; i < 8; i++) {
-        const vd_vec3 at =
-            vd_matrix_transform(matrix, vd_vec3_make((i & 1) != 0 ? high.x : low.x,
-                                                     (i & 2) != 0 ? high.y : low.y,
-                                                     (i & 4) != 0 ? high.z : low.z));
+        const vd_vec3 at = vd_matrix_transform(matrix, vd_vec3_make((i & 1) != 0 ? high.x : low.x,
+                                                                    (i & 2) != 0 ? high.y : low.y,
+                                                                    (i & 4) != 0 ? high.z : low.z));
         *min = vd_vec3_min(*min, at);
         *max = vd_vec3_max(*max, at);
     }
@@ -111,8 +94,8 @@ static rectangle join(rectangle a, rectangle b) {
 
 /* Where a box is on screen, with a margin for edges; all of the window where some of it is nearer
  * than the near plane; empty where all is. */
-static rectangle rectangle_of(const vd_camera *camera, const vd_placed_window *window,
-                              vd_vec3 min, vd_vec3 max) {
+static rectangle rectangle_of(const vd_camera *camera, const vd_placed_window *window, vd_vec3 min,
+                              vd_vec3 max) {
     const vd_quat q = camera->orientation, back = {-q.x, -q.y, -q.z, q.w};
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     int behind = 0;
@@ -138,51 +121,56 @@ static rectangle rectangle_of(const vd_camera *camera, const vd_placed_window *w
     if (behind > 0) {
         return (rectangle){0, 0, window->width, window->height};
     }
-    return (rectangle){clamp(floor(low[0]) - 1.0, window->width),
-                       clamp(floor(low[1]) - 1.0, window->height),
-                       clamp(floor(high[0]) + 2.0, window->width),
-                       clamp(floor(high[1]) + 2.0, window->height)};
+    return (rectangle){
+        clamp(floor(low[0]) - 1.0, window->width), clamp(floor(low[1]) - 1.0, window->height),
+        clamp(floor(high[0]) + 2.0, window->width), clamp(floor(high[1]) + 2.0, window->height)};
 }
 
 /* ---- draws ------------------------------------------------------------------------------------*/
 
-/* Hides what is behind and shows nothing. */
-static void shade_nothing(const vd_fragments *f) {
-    for (int c = 0; c < 4; c++) {
-        for (int i = 0; i < VD_BATCH; i++) {
-            f->color[c][i] = 0.0f;
-        }
+/* How the parts of an item are shaded. */
+typedef struct dress {
+    vd_world_uniforms world;                            /* first: what the world's shaders read */
+    vd_shader shaders[VD_TOPOLOGY_COUNT];               /* by part, */
+    vd_fragment_function *fragments[VD_TOPOLOGY_COUNT]; /* where they hang on the ground */
+    float ground[4]; /* height over it: of a place in camera space, and at the eye */
+} dress;
+
+/* What is below the ground is there and transparent: what lies behind it is below too. */
+static void hide_below(const vd_fragments *f, const float ground[4]) {
+    const float *lens = f->view->lens;
+    const float across = 1.0f / lens[0], down = 1.0f / lens[1];
+    for (int i = 0; i < VD_BATCH; i++) {
+        const float x = (f->x[i] - lens[2]) * across, y = (f->y[i] - lens[3]) * down;
+        const float height = f->w[i] * (ground[0] * x + (ground[1] * y + ground[2])) + ground[3];
+        f->color[3][i] = height < 0.0f ? 0.0f : f->color[3][i];
     }
 }
 
-static const vd_shader hiding = {.fragment = shade_nothing};
+#define SHADE_PART(name, part)                                                                     \
+    static void name(const vd_fragments *f) {                                                      \
+        const dress *d = f->uniforms;                                                              \
+        d->fragments[part](f);                                                                     \
+        hide_below(f, d->ground);                                                                  \
+    }
+SHADE_PART(shade_first, 0)
+SHADE_PART(shade_second, 1)
+SHADE_PART(shade_third, 2)
 
-static vd_draw *add_draws(vd_placer *g, int count) {
-    return vd_list_add(g->context, &g->draws, (size_t)count, sizeof(vd_draw));
-}
-
-/* The ground under an item. */
-static void dress_ground(const vd_placer *g, const vd_place *place, vd_vec3 min,
-                         vd_vec3 max, vd_draw *draw) {
-    const float *rise = place->ground;
-    const vd_vec3 middle = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
-    const double x = GROUND_SPARE * (0.5 * (max.x - min.x) + 1e-3);
-    const double y = GROUND_SPARE * (0.5 * (max.y - min.y) + 1e-3);
-    const double east = (double)rise[1], north = (double)rise[2];
-    vd_matrix m = vd_matrix_identity();
-    m.m[0][0] = x;
-    m.m[1][1] = y;
-    m.m[2][0] = east * x;
-    m.m[2][1] = north * y;
-    m.m[0][3] = middle.x;
-    m.m[1][3] = middle.y;
-    m.m[2][3] = place->origin.z + (double)rise[0] + east * (middle.x - place->origin.x) +
-                north * (middle.y - place->origin.y);
-    *draw = vd_draw_default();
-    draw->mesh = g->ground;
-    draw->world_from_mesh = m;
-    draw->shader = &hiding;
-    draw->cull = VD_CULL_NONE;
+static void stand_on_ground(const vd_place *place, const vd_camera *camera, int count, dress *d) {
+    static vd_fragment_function *const shade[VD_TOPOLOGY_COUNT] = {shade_first, shade_second,
+                                                                   shade_third};
+    const vd_vec3 up = {-(double)place->ground[1], -(double)place->ground[2], 1.0};
+    for (int c = 0; c < 3; c++) {
+        const vd_vec3 axis = vd_vec3_make(c == 0, c == 1, c == 2);
+        d->ground[c] = (float)vd_vec3_dot(up, vd_quat_rotate(camera->orientation, axis));
+    }
+    d->ground[3] = (float)(vd_vec3_dot(up, vd_vec3_subtract(camera->eye, place->origin)) -
+                           (double)place->ground[0]);
+    for (int i = 0; i < count; i++) {
+        d->fragments[i] = d->shaders[i].fragment;
+        d->shaders[i].fragment = shade[i];
+    }
 }
 
 static uint64_t cost_of(const vd_model *model) {
@@ -194,37 +182,38 @@ static uint64_t cost_of(const vd_model *model) {
     return cost;
 }
 
-/* Adds what is drawn of an item; `uniforms` is its own. */
-static vd_status add_item(vd_placer *g, const vd_placed *item, const vd_matrix *matrix,
-                          vd_vec3 min, vd_vec3 max, const vd_world_uniforms *uniforms) {
+/* Adds what is drawn of an item; `d` is its own. */
+static vd_status add_item(vd_placer *g, const vd_camera *camera, const vd_placed *item,
+                          const vd_matrix *matrix, dress *d) {
     vd_draw parts[VD_TOPOLOGY_COUNT];
     const int count = vd_model_draws(item->model, parts);
-    vd_draw *to = add_draws(g, count + (item->place.has_ground ? 1 : 0));
+    vd_draw *to = vd_list_add(g->context, &g->draws, (size_t)count, sizeof *to);
     if (to == NULL) {
         return vd_out_of_memory("models to be drawn", sizeof *to);
     }
+    d->world = (vd_world_uniforms){.light = &g->light, .sun_visible = item->place.sun};
     for (int i = 0; i < count; i++) {
+        d->shaders[i] = *vd_world_shader_for(&parts[i], item->model->has_colors);
         to[i] = parts[i];
         to[i].world_from_mesh = *matrix;
-        to[i].shader = vd_world_shader_for(&parts[i], item->model->has_colors);
-        to[i].uniforms = uniforms;
+        to[i].shader = &d->shaders[i];
+        to[i].uniforms = d;
     }
     if (item->place.has_ground) {
-        dress_ground(g, &item->place, min, max, &to[count]);
+        stand_on_ground(&item->place, camera, count, d);
     }
     return vd_success();
 }
 
 /* Gathers the draws of all items that may be seen, and where they are. */
-static vd_status gather(vd_placer *g, const vd_camera *camera, const vd_placed *items,
-                        int count, const vd_placed_window *window, rectangle *in, int *drawn) {
-    g->draws.count = g->uniforms.count = 0;
+static vd_status gather(vd_placer *g, const vd_camera *camera, const vd_placed *items, int count,
+                        const vd_placed_window *window, rectangle *in, int *drawn) {
+    g->draws.count = g->dresses.count = 0;
     *in = (rectangle){window->width, window->height, 0, 0};
     *drawn = 0;
-    vd_world_uniforms *uniforms =
-        vd_list_add(g->context, &g->uniforms, (size_t)count, sizeof *uniforms);
-    if (uniforms == NULL) {
-        return vd_out_of_memory("models to be drawn", (size_t)count * sizeof *uniforms);
+    dress *dresses = vd_list_add(g->context, &g->dresses, (size_t)count, sizeof *dresses);
+    if (dresses == NULL) {
+        return vd_out_of_memory("models to be drawn", (size_t)count * sizeof *dresses);
     }
     uint64_t cost = 0;
     vd_status status = vd_success();
@@ -240,9 +229,7 @@ static vd_status gather(vd_placer *g, const vd_camera *camera, const vd_placed *
         if (cost > VD_PLACED_MOST) {
             break;
         }
-        uniforms[i] =
-            (vd_world_uniforms){.light = &g->light, .sun_visible = items[i].place.sun};
-        status = add_item(g, &items[i], &matrix, min, max, &uniforms[i]);
+        status = add_item(g, camera, &items[i], &matrix, &dresses[i]);
         *in = join(*in, at);
         (*drawn)++;
     }
@@ -285,8 +272,7 @@ static vd_status draw(vd_placer *g, vd_job *job, const vd_camera *camera,
     const int width = in.x1 - in.x0, height = in.y1 - in.y0;
     vd_raster_def def = vd_raster_def_default();
     def.samples = SAMPLES;
-    vd_status status =
-        vd_frame_fit(g->context, width, height, 0, &g->frame, &g->frame_pixels);
+    vd_status status = vd_frame_fit(g->context, width, height, 0, &g->frame, &g->frame_pixels);
     if (status.code == VD_OK) {
         vd_frame_forget_objects(g->frame);
         status = vd_raster_render(g->raster, job, &def, camera, g->draws.data, (int)g->draws.count,
@@ -300,9 +286,9 @@ static vd_status draw(vd_placer *g, vd_job *job, const vd_camera *camera,
     return status;
 }
 
-vd_status vd_placer_draw(vd_placer *g, vd_job *job, const vd_light *light,
-                           const vd_camera *camera, const vd_placed *items, int count,
-                           const vd_placed_window *window, int *drawn) {
+vd_status vd_placer_draw(vd_placer *g, vd_job *job, const vd_light *light, const vd_camera *camera,
+                         const vd_placed *items, int count, const vd_placed_window *window,
+                         int *drawn) {
     rectangle in;
     int seen = 0;
     vd_status status =

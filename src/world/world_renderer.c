@@ -133,6 +133,10 @@ vd_status vd_world_renderer_light(vd_world_renderer *renderer, vd_job *job, cons
     return vd_world_sun_rise(renderer, job);
 }
 
+const vd_light *vd_world_renderer_get_light(const vd_world_renderer *renderer) {
+    return &renderer->light;
+}
+
 vd_status vd_world_renderer_set_samples(vd_world_renderer *renderer, int samples) {
     const vd_status status = check_samples(samples);
     if (status.code == VD_OK) {
