@@ -232,8 +232,8 @@ static void memory_is_kept(void **state) {
     int most = 0;
     for (int i = 0; i < 150; i++) {
         vd_client_shown shown;
-        camera.eye.x += 1.0;
-        camera.eye.y += 2.0;
+        camera.eye.x += i < 50 ? 0.1 : 1.0;
+        camera.eye.y += i < 50 ? 0.1 : 2.0;
         camera.eye.z = vd_world_ground(e.scene.world, camera.eye.x, camera.eye.y) + 9;
         look(&camera);
         pass(0.02);
