@@ -227,7 +227,7 @@ static void models_are_held_over_a_break(void **state) {
 
 static void memory_is_kept(void **state) {
     (void)state;
-    begin((size_t)4 << 20, true, false);
+    begin((size_t)8 << 20, true, false);
     vd_camera camera = among_balls();
     int most = 0;
     for (int i = 0; i < 150; i++) {
@@ -241,7 +241,7 @@ static void memory_is_kept(void **state) {
         most = shown.models > most ? shown.models : most;
     }
     assert_int_equal(news().state, VD_CLIENT_SHOWING);
-    assert_true(news().most_held_bytes <= (size_t)4 << 20);
+    assert_true(news().most_held_bytes <= (size_t)8 << 20);
     assert_true(most > 0);
     end();
 }
