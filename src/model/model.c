@@ -4,7 +4,7 @@
 #include "model/model_build.h"
 
 /* Beyond what a mesh's numbers hold in any format. */
-#define FILE_LIMIT_BYTES ((size_t)1 << 36)
+#define FILE_LIMIT_BYTES (SIZE_MAX >> 28) /* 64 GiB */
 
 vd_model_def vd_model_def_default(void) {
     return (vd_model_def){false};

@@ -11,6 +11,7 @@
 #include <float.h>
 #include <veduta/camera.h>
 #include "display/wasm/display_wasm.h"
+#include "world/wasm/placed_wasm.h"
 
 #define HEAD_BYTES 64u
 #define NO_SLOT UINT32_MAX
@@ -41,8 +42,8 @@ static struct {
     uint32_t heap_bytes, rover, used_bytes; /* rover: where looking begins */
     slot *slots;
     uint32_t slot_count;
-    uint32_t *order;
-    uint8_t *tint; /* picture of a border */
+    uint32_t *order; /* slots, or instances of models from VD_WASM_INSTANCES on */
+    uint8_t *tint;   /* picture of a border */
 } scene;
 
 static block *block_at(uint32_t at) {
@@ -300,6 +301,15 @@ static bool make_quad(uint32_t number, const vd_camera *camera, const vd_matrix 
     return place(quad, camera, matrix, s->corners);
 }
 
+/* How many numbers from here on are instances. */
+static uint32_t count_instances(uint32_t from, uint32_t end) {
+    uint32_t at = from;
+    while (at < end && scene.order[at] >= VD_WASM_INSTANCES) {
+        at++;
+    }
+    return at - from;
+}
+
 /* Draws what the first `count` numbers of the order name, farthest first, over rgba (as
  * vd_wasm_draw wants it); with `bounds` a tint over each. What is not sound or no longer there is
  * left out. Returns the number of pictures drawn, or −1 when there is no memory. */
@@ -316,8 +326,21 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
     const float near_m = (float)page->near_m;
     double room = MOST_OVERDRAW * width * height;
     int made = 0, shown = 0;
+    const vd_display_window window = {
+        .rgba = rgba, .width = width, .height = height, .stride = stride};
+    int unsound = 0;
     for (uint32_t i = 0; i < most && room >= 0; i++) {
         vd_quad quad;
+        if (scene.order[i] >= VD_WASM_INSTANCES) { /* over what was ordered before */
+            const uint32_t run = count_instances(i, most);
+            unsound =
+                unsound < 0 ? unsound : vd_wasm_draw_quads(&window, quads, made, near_m, false);
+            shown += vd_wasm_placed_draw(scene.order + i, (int)run, &camera,
+                                         &(vd_placed_window){rgba, width, height, stride});
+            made = 0;
+            i += run - 1;
+            continue;
+        }
         if (!make_quad(scene.order[i], &camera, &matrix, &quad)) {
             continue;
         }
@@ -330,9 +353,7 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
             quads[made++] = quad;
         }
     }
-    const vd_display_window window = {
-        .rgba = rgba, .width = width, .height = height, .stride = stride};
-    const int unsound = vd_wasm_draw_quads(&window, quads, made, near_m, false);
+    unsound = unsound < 0 ? unsound : vd_wasm_draw_quads(&window, quads, made, near_m, false);
     vd_wasm_return(mark);
     return unsound < 0 ? -1 : shown;
 }

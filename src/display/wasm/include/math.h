@@ -5,6 +5,7 @@
 #define floor __builtin_floor
 #define sqrtf __builtin_sqrtf
 #define sqrt __builtin_sqrt
+#define fabsf __builtin_fabsf
 #define fabs __builtin_fabs
 #define isfinite __builtin_isfinite
 #define isnan __builtin_isnan
