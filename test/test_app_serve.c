@@ -539,7 +539,7 @@ static void test_root(void **state) {
 static void test_replay(void **state) {
     (void)state;
     assert_int_equal(run("", "replay " VEDUTA_SOURCE_DIR "/test/wire/exchange.vdx"), 0);
-    assert_non_null(strstr(out, "11 envelopes, 19 messages, 2 pictures"));
+    assert_non_null(strstr(out, "12 envelopes, 21 messages, 2 pictures"));
     assert_int_equal(run("", "replay nothing.vdx"), 1);
     assert_int_equal(run("", "replay"), 2);
     write_file("bad.vdx", "VDX?");

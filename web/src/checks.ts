@@ -1,5 +1,5 @@
 // checks.ts: the bounds of what a server may say (src/remote/veduta.proto), for what has come.
-import { WireFault, type Impostor, type Message, type Screen, type Vector } from './wire.js';
+import { WireFault, type Impostor, type Instance, type Light, type Message, type Screen, type Vector } from './wire.js';
 
 export const VERSION = 1;
 export const CODECS = ['auto', 'raw', 'runs', 'runs-zstd', 'png', 'jpeg', 'webp', 'webp-lossless'];
@@ -14,6 +14,10 @@ const SCREEN_BYTES = 15 << 20;
 const MOST_COORDINATE = 1e9;
 const MOST_CORNER = 1e7;
 const MOST_NUMBER = 1e15;
+const MOST_METRES = 1e6;
+const MOST_LIGHT = 1e6;
+const MOST_HAZE = 1e12;
+const UNIT_TOLERANCE = 1e-6;
 const NAME_BYTES = 256;
 const SENTENCE_BYTES = 380;
 const LOSSLESS = new Set([1, 2, 3, 4, 7]);
@@ -111,6 +115,29 @@ function impostor(m: Impostor): void {
     }
 }
 
+function instance(m: Instance): void {
+    ids('instance.id', BigUint64Array.of(m.id, m.model), 2, 2, false);
+    within('instance.version', m.version, 1, 0xffffffff);
+    vector('instance.origin', m.origin);
+    within('instance.sun', m.sun, 0, 1);
+    within("instance.axes's count", m.axes.length, 9, 9);
+    if (m.ground.length !== 0 && m.ground.length !== 3) {
+        throw new WireFault(`instance.ground has ${m.ground.length} numbers, neither 0 nor 3`);
+    }
+    m.axes.forEach((value) => within('instance.axes', value, -MOST_METRES, MOST_METRES));
+    m.ground.forEach((value) => within('instance.ground', value, -MOST_METRES, MOST_METRES));
+}
+
+function light(m: Light): void {
+    vector('light.sun_direction', m.sun_direction);
+    const { x, y, z } = m.sun_direction!;
+    within("light.sun_direction's squared length", x * x + y * y + z * z, 1 - UNIT_TOLERANCE,
+           1 + UNIT_TOLERANCE);
+    within("light.colors's count", m.colors.length, 12, 12);
+    m.colors.forEach((value) => within('light.colors', value, 0, MOST_LIGHT));
+    within('light.haze_m', m.haze_m, 0, MOST_HAZE);
+}
+
 /** Throws WireFault where a server's message is out of bounds. */
 export function checkMessage(m: Message): void {
     const client = (['camera', 'acknowledge', 'settings'] as const).find((k) => m[k] !== undefined);
@@ -125,9 +152,15 @@ export function checkMessage(m: Message): void {
     } else if (m.order) {
         ids('order.ids', m.order.ids, 0, MAX_IDS, false);
     } else if (m.geometry) {
+        ids('geometry.id', BigUint64Array.of(m.geometry.id), 1, 1, false);
+        within('geometry.version', m.geometry.version, 1, 0xffffffff);
         vector('geometry.origin', m.geometry.origin);
         within('geometry.kind', m.geometry.kind, 1, 2);
         within("geometry.block's bytes", m.geometry.block.length, 1, PICTURE_BYTES);
+    } else if (m.instance) {
+        instance(m.instance);
+    } else if (m.light) {
+        light(m.light);
     } else if (m.replace) {
         ids('replace.out', m.replace.out, 0, MAX_REPLACED, true);
         ids('replace.in', m.replace.in, 0, MAX_REPLACED, true);

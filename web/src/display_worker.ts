@@ -5,6 +5,7 @@ import { Motion, move, turn, type Axis, type Pose } from './motion.js';
 import { DrawnScale, Intervals } from './pace.js';
 import { Scene } from './scene.js';
 import { instantiate, type Exports } from './wasm.js';
+import { WireFault } from './wire.js';
 
 export type FromPage =
     | { to: 'start'; module: WebAssembly.Module; port: MessagePort; canvas: OffscreenCanvas | null;
@@ -250,8 +251,17 @@ class Display {
     // ---- what comes -----------------------------------------------------------------------------
 
     private takeIn({ connection, batch, items, bytes }: Extract<ToDisplay, { to: 'batch' }>): void {
-        const dropped = this.scene.apply(items);
-        this.post({ to: 'taken', connection, batch, bytes, held: this.scene.heldBytes, dropped });
+        let dropped: BigUint64Array = new BigUint64Array(0), fault: string | undefined;
+        try {
+            dropped = this.scene.apply(items);
+        } catch (error) {
+            if (!(error instanceof WireFault)) {
+                throw error;
+            }
+            fault = error.message;
+        }
+        this.post({ to: 'taken', connection, batch, bytes, held: this.scene.heldBytes, dropped,
+                    ...fault !== undefined ? { fault } : {} });
         this.touch();
     }
 

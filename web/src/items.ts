@@ -17,7 +17,13 @@ export interface ScreenItem {
     kind: 'screen'; camera: CameraNumbers; exact: boolean; width: number; height: number;
     pixels: Uint8Array;
 }
-export type Item = PictureItem | ScreenItem
+export interface ModelItem { kind: 'model'; id: bigint; version: number; block: Uint8Array }
+/** `numbers` as vd_wasm_instance_add takes them. */
+export interface InstanceItem {
+    kind: 'instance'; id: bigint; version: number; model: bigint; numbers: Float64Array;
+}
+export type Item = PictureItem | ScreenItem | ModelItem | InstanceItem
+    | { kind: 'light'; numbers: Float64Array } // as vd_wasm_light_set takes them
     | { kind: 'order'; ids: BigUint64Array }
     | { kind: 'replace'; out: BigUint64Array; in: BigUint64Array }
     | { kind: 'drop'; ids: BigUint64Array };
@@ -32,6 +38,6 @@ export type ToDisplay =
 export type ToLink =
     | { to: 'camera'; camera: CameraNumbers; time: number }
     | { to: 'taken'; connection: number; batch: number; bytes: number; held: number;
-        dropped: BigUint64Array }
+        dropped: BigUint64Array; fault?: string } // fault: what cannot be right
     | { to: 'held'; ids: BigUint64Array; versions: number[] }
     | { to: 'frames'; framesPerSecond: number; p99: number; shown: number };

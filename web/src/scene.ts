@@ -1,18 +1,31 @@
-// scene.ts: the pictures that are kept, what of them is shown, and frames of it, in WebAssembly.
+// scene.ts: the pictures and models that are kept, what of them is shown, and frames of it, in WebAssembly.
 //
 // Sizes and counts come from a server: what does not fit into the memory that was stated to it is not
 // kept, and it is told. Ids that an order names and that are not held are left out.
 import { MAX_IDS } from './checks.js';
-import type { CameraNumbers, Item, PictureItem, ScreenItem } from './items.js';
-import { take, type Exports } from './wasm.js';
+import type { CameraNumbers, InstanceItem, Item, ModelItem, PictureItem,
+              ScreenItem } from './items.js';
+import { sentenceAt, take, type Exports } from './wasm.js';
+import { WireFault } from './wire.js';
 
 /** Behind everything, where nothing is: 0xAABBGGRR. */
 const BACKGROUND = 0xff332c28;
 
+/** Models and instances have slots of their own; in an order instances are numbered from here on. */
+const MAX_MODELS = 4096, MAX_INSTANCES = 16384, INSTANCES = 0x80000000;
+
+/** What an instance counts, as at the server; what of the memory models may take; and what unpacking
+ *  and drawing them takes beside. */
+const INSTANCE_BYTES = 256, MODEL_SHARE = 4, DRAWING_BYTES = 16 << 20;
+
 /** Cameras are 12 doubles in C; two of them are kept, and a picture's place. */
 const CAMERA_BYTES = 96;
 
-interface Held { slot: number; version: number }
+interface Held {
+    kind: 'impostor' | 'model' | 'instance'; slot: number; version: number;
+    bytes: number;         // of a model's block, of an instance
+    model: bigint | null;  // an instance's
+}
 
 export interface Frame { at: number; width: number; height: number; stride: number }
 
@@ -25,6 +38,9 @@ function sameView(a: CameraNumbers, b: CameraNumbers): boolean {
 export class Scene {
     private readonly held = new Map<bigint, Held>();
     private readonly freeSlots: number[] = [];
+    private readonly freeInstances: number[] = [];
+    private readonly modelSlots = new Map<bigint, number>(); // by id, held or only named
+    private placedBytes = 0; // of models and instances
     private readonly order: number;
     private readonly camera: number;
     private readonly seen: number;
@@ -38,11 +54,14 @@ export class Scene {
     shown = 0;
 
     /** `memoryBytes`: what the server was told that pictures take at most. */
-    constructor(private readonly wasm: Exports, memoryBytes: number) {
+    constructor(private readonly wasm: Exports, private readonly memoryBytes: number) {
         // A quarter more: heads, and a new picture comes before the old one goes.
         this.order = wasm.vd_wasm_scene_create(MAX_IDS, Math.floor(memoryBytes * 1.25));
         if (this.order === 0) {
             throw new RangeError('no memory for pictures');
+        }
+        if (wasm.vd_wasm_placed_create(Math.floor(memoryBytes / MODEL_SHARE) + DRAWING_BYTES) === 0) {
+            throw new RangeError('no memory for models');
         }
         this.camera = take(wasm, 3 * CAMERA_BYTES + 128);
         this.seen = this.camera + CAMERA_BYTES;
@@ -51,6 +70,9 @@ export class Scene {
         for (let slot = MAX_IDS - 1; slot >= 0; slot--) {
             this.freeSlots.push(slot);
         }
+        for (let slot = MAX_INSTANCES - 1; slot >= 0; slot--) {
+            this.freeInstances.push(slot);
+        }
     }
 
     private get bytes(): Uint8Array {
@@ -58,7 +80,7 @@ export class Scene {
     }
 
     get heldBytes(): number {
-        return this.wasm.vd_wasm_scene_bytes();
+        return this.wasm.vd_wasm_scene_bytes() + this.placedBytes;
     }
 
     /** What is held, ascending, for a server that may know it. */
@@ -72,8 +94,16 @@ export class Scene {
         if (held === undefined) {
             return false;
         }
-        this.wasm.vd_wasm_scene_remove(held.slot);
-        this.freeSlots.push(held.slot);
+        this.placedBytes -= held.bytes;
+        if (held.kind === 'impostor') {
+            this.wasm.vd_wasm_scene_remove(held.slot);
+            this.freeSlots.push(held.slot);
+        } else if (held.kind === 'instance') {
+            this.wasm.vd_wasm_instance_remove(held.slot);
+            this.freeInstances.push(held.slot);
+        } else {
+            this.wasm.vd_wasm_model_remove(held.slot);
+        }
         return this.held.delete(id);
     }
 
@@ -84,8 +114,8 @@ export class Scene {
             return at;
         }
         const needed = new Set(this.ordered);
-        for (const id of this.held.keys()) {
-            if (id !== item.id && !needed.has(id)) {
+        for (const [id, { kind }] of this.held) {
+            if (kind === 'impostor' && id !== item.id && !needed.has(id)) {
                 this.forget(id);
                 dropped.add(id);
                 at = this.wasm.vd_wasm_scene_add(slot, item.width, item.height);
@@ -97,7 +127,72 @@ export class Scene {
         return at;
     }
 
+    /** An id that was something else before is that no more. */
+    private forgetOther(item: PictureItem | ModelItem | InstanceItem): void {
+        if (this.held.has(item.id) && this.held.get(item.id)!.kind !== item.kind) {
+            this.forget(item.id);
+        }
+    }
+
+    /** The slot of a model, whether it has come or not; undefined when there are too many. */
+    private modelSlot(id: bigint): number | undefined {
+        if (!this.modelSlots.has(id) && this.modelSlots.size < MAX_MODELS) {
+            this.modelSlots.set(id, this.modelSlots.size);
+        }
+        return this.modelSlots.get(id);
+    }
+
+    /** Takes a model's block, which is checked; false when there is no room for it. */
+    private takeModel(item: ModelItem, slot: number): boolean {
+        const { block } = item;
+        const room = this.placedBytes + block.length <= this.memoryBytes / MODEL_SHARE
+            ? this.wasm.vd_wasm_model_room(block.length) : 0;
+        if (room === 0) {
+            return false;
+        }
+        this.bytes.set(block, room);
+        const fault = this.wasm.vd_wasm_model_add(slot, room, block.length);
+        if (fault > 1) {
+            throw new WireFault(sentenceAt(this.wasm, fault));
+        }
+        return fault === 0;
+    }
+
+    private keepModel(item: ModelItem, dropped: Set<bigint>): void {
+        this.forgetOther(item);
+        this.forget(item.id);
+        const slot = this.modelSlot(item.id);
+        if (slot === undefined || !this.takeModel(item, slot)) {
+            dropped.add(item.id);
+            return;
+        }
+        this.placedBytes += item.block.length;
+        this.held.set(item.id, { kind: item.kind, slot, version: item.version,
+                                 bytes: item.block.length, model: null });
+        dropped.delete(item.id);
+    }
+
+    private keepInstance(item: InstanceItem, dropped: Set<bigint>): void {
+        this.forgetOther(item);
+        this.forget(item.id);
+        const model = this.modelSlot(item.model), slot = this.freeInstances.pop();
+        if (model === undefined || slot === undefined) {
+            if (slot !== undefined) {
+                this.freeInstances.push(slot);
+            }
+            dropped.add(item.id);
+            return;
+        }
+        new Float64Array(this.wasm.memory.buffer, this.place, 17).set(item.numbers);
+        this.wasm.vd_wasm_instance_add(slot, model, this.place);
+        this.placedBytes += INSTANCE_BYTES;
+        this.held.set(item.id, { kind: item.kind, slot, version: item.version,
+                                 bytes: INSTANCE_BYTES, model: item.model });
+        dropped.delete(item.id);
+    }
+
     private keep(item: PictureItem, dropped: Set<bigint>): void {
+        this.forgetOther(item);
         const before = this.held.get(item.id);
         const slot = before?.slot ?? this.freeSlots.pop();
         const at = slot !== undefined ? this.makeRoom(item, slot, dropped) : 0;
@@ -114,7 +209,8 @@ export class Scene {
         new Int32Array(this.wasm.memory.buffer, this.place + 96, 4).set(
             item.opaque.length === 4 ? item.opaque : [0, 0, 0, 0]);
         this.wasm.vd_wasm_scene_place(slot, this.place, this.place + 96);
-        this.held.set(item.id, { slot, version: item.version });
+        this.held.set(item.id, { kind: item.kind, slot, version: item.version, bytes: 0,
+                                 model: null });
         dropped.delete(item.id);
     }
 
@@ -171,6 +267,16 @@ export class Scene {
             switch (item.kind) {
             case 'impostor':
                 this.keep(item, dropped);
+                break;
+            case 'model':
+                this.keepModel(item, dropped);
+                break;
+            case 'instance':
+                this.keepInstance(item, dropped);
+                break;
+            case 'light':
+                new Float64Array(this.wasm.memory.buffer, this.place, 16).set(item.numbers);
+                this.wasm.vd_wasm_light_set(this.place);
                 break;
             case 'order':
                 this.ordered = Array.from(item.ids);
@@ -240,8 +346,10 @@ export class Scene {
         let count = 0;
         for (const id of this.ordered) {
             const held = this.held.get(id);
-            if (held !== undefined) {
+            if (held?.kind === 'impostor') {
                 numbers[count++] = held.slot;
+            } else if (held?.kind === 'instance' && this.held.get(held.model!)?.kind === 'model') {
+                numbers[count++] = INSTANCES + held.slot;
             }
         }
         this.shown = wasm.vd_wasm_scene_draw(this.camera, frame.at, frame.width, frame.height,

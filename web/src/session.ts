@@ -9,8 +9,8 @@ import type { CameraNumbers, Item, ToDisplay, ToLink } from './items.js';
 import { readWorld, type LinkSetup, type LinkStats, type Remedy, type State, type Status, type Wishes,
          type WorldInfo } from './status.js';
 import type { Unpacker } from './codec.js';
-import { ENVELOPE_BYTES, WireFault, type Envelope, type Impostor, type Message, type Outgoing,
-         type Screen, type Stats, type Wire } from './wire.js';
+import { ENVELOPE_BYTES, WireFault, type Envelope, type Geometry, type Impostor, type Instance,
+         type Message, type Outgoing, type Screen, type Stats, type Wire } from './wire.js';
 
 export interface Socket {
     binaryType: string;
@@ -45,7 +45,8 @@ const MOST_HANDED_BYTES = 128 << 20; // unpacked, on their way to the display
 const SENT_CAMERAS = 64;
 export const WORLD_BYTES = 1 << 20; // most of /world.json
 const MODES = { impostors: 1, screens: 2 };
-const SCREENS_BIT = 1 << 10;
+const MODELS_BIT = 1 << 8, SCREENS_BIT = 1 << 10;
+const MODEL = 1; // a kind of geometry
 
 /** Error codes of the wire, and what helps. */
 const FAULTS: Record<number, [State, Remedy]> = {
@@ -239,7 +240,7 @@ export class Session {
         this.batch = 0;
         this.sent = [];
         this.heardAt = this.around.now();
-        this.send([{ hello: { version: VERSION, capabilities: this.unpacker.codecs | SCREENS_BIT,
+        this.send([{ hello: { version: VERSION, capabilities: this.unpacker.codecs | MODELS_BIT | SCREENS_BIT,
                               token: this.setup.token, memory_bytes: BigInt(this.setup.memoryBytes),
                               width: this.setup.width, height: this.setup.height, name: 'page',
                               held_ids: held.ids, held_versions: held.versions } },
@@ -322,8 +323,9 @@ export class Session {
     /** Transparent pictures of any size are a few bytes: what they unpack to is bounded. */
     private checkMemory(messages: Message[]): void {
         let all = 0;
-        for (const { impostor } of messages) {
-            const bytes = impostor ? 4 * impostor.width * impostor.height : 0;
+        for (const { impostor, geometry } of messages) {
+            const bytes = impostor ? 4 * impostor.width * impostor.height
+                : geometry?.block.length ?? 0;
             all += bytes;
             if (bytes > this.setup.memoryBytes || all > 2 * this.setup.memoryBytes) {
                 throw new WireFault('pictures take more than the memory that was stated');
@@ -332,14 +334,15 @@ export class Session {
     }
 
     private handOver(batch: number, items: Item[], bytes: number): void {
-        const moved = items.flatMap((item) => 'pixels' in item ? [item.pixels.buffer] : []);
+        const moved = items.flatMap((item) => 'pixels' in item ? [item.pixels.buffer]
+            : 'block' in item ? [item.block.buffer] : []);
         const unpacked = moved.reduce((sum, buffer) => sum + buffer.byteLength, 0);
         this.handedBytes += unpacked;
         this.around.toDisplay({ to: 'batch', connection: this.generation, batch, items,
                                 bytes: unpacked }, moved);
         this.answered(true);
         const shows = items.some(({ kind }) => kind === 'order' || kind === 'screen');
-        this.status.pictures += moved.length;
+        this.status.pictures += items.filter((item) => 'pixels' in item).length;
         this.status.bytes += bytes;
         if (this.status.state === 'loading') {
             this.tell({ state: shows ? 'showing' : 'loading' });
@@ -354,6 +357,14 @@ export class Session {
             return this.takeImpostor(m.impostor);
         } else if (m.screen) {
             return this.takeScreen(m.screen);
+        } else if (m.geometry) {
+            return this.takeGeometry(m.geometry);
+        } else if (m.instance) {
+            return this.takeInstance(m.instance);
+        } else if (m.light) {
+            const { x, y, z } = m.light.sun_direction!;
+            return { kind: 'light',
+                     numbers: Float64Array.of(x, y, z, ...m.light.colors, m.light.haze_m) };
         } else if (m.order) {
             return { kind: 'order', ids: m.order.ids };
         } else if (m.replace) {
@@ -417,6 +428,21 @@ export class Session {
               width: m.width, height: m.height, pixels });
         const pixels = this.unpacker.unpack(m.codec, m.picture, m.width, m.height);
         return pixels instanceof Uint8Array ? make(pixels) : pixels.then(make);
+    }
+
+    private takeGeometry(m: Geometry): Item | null {
+        if (m.kind !== MODEL) {
+            return null; // it was not asked for, and will not be shown
+        }
+        return { kind: 'model', id: m.id, version: m.version, block: m.block.slice() };
+    }
+
+    private takeInstance(m: Instance): Item {
+        const { x, y, z } = m.origin!;
+        const [height, east, north] = m.ground.length === 3 ? m.ground : [0, 0, 0];
+        return { kind: 'instance', id: m.id, version: m.version, model: m.model,
+                 numbers: Float64Array.of(x, y, z, ...m.axes, m.sun, height!, east!, north!,
+                                          m.ground.length === 3 ? 1 : 0) };
     }
 
     private takeScreen(m: Screen): Item | Promise<Item> | null {
@@ -504,11 +530,16 @@ export class Session {
         }
     }
 
-    private taken({ connection, batch, bytes, held, dropped }: Extract<ToLink, { to: 'taken' }>): void {
+    private taken({ connection, batch, bytes, held, dropped, fault }:
+        Extract<ToLink, { to: 'taken' }>): void {
         this.handedBytes -= bytes;
         if (this.handedBytes <= MOST_HANDED_BYTES) {
             this.onRoom?.();
             this.onRoom = null;
+        }
+        if (fault !== undefined && connection === this.generation) {
+            this.blame(new WireFault(fault));
+            return;
         }
         const messages: Outgoing[] = [
             ...batch !== 0 ? [{ acknowledge: { batch, held_bytes: BigInt(held) } }] : [],

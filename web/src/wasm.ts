@@ -12,6 +12,13 @@ export interface Exports {
     vd_wasm_scene_place(slot: number, corners: number, opaque: number): void;
     vd_wasm_scene_remove(slot: number): void;
     vd_wasm_scene_bytes(): number;
+    vd_wasm_placed_create(bytes: number): number;
+    vd_wasm_model_room(bytes: number): number;
+    vd_wasm_model_add(slot: number, block: number, bytes: number): number;
+    vd_wasm_model_remove(slot: number): void;
+    vd_wasm_instance_add(slot: number, model: number, numbers: number): number;
+    vd_wasm_instance_remove(slot: number): void;
+    vd_wasm_light_set(numbers: number): void;
     vd_wasm_camera_aim(camera: number, heading: number, pitch: number, roll: number, fov: number,
                        width: number, height: number): void;
     vd_wasm_fill(rgba: number, height: number, stride: number, color: number): void;

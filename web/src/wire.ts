@@ -34,6 +34,11 @@ export interface Impostor {
 export interface Geometry {
     id: bigint; version: number; kind: number; origin?: Vector; block: Uint8Array;
 }
+export interface Instance {
+    id: bigint; version: number; model: bigint; origin?: Vector; axes: number[]; sun: number;
+    ground: number[];
+}
+export interface Light { sun_direction?: Vector; colors: number[]; haze_m: number }
 export interface Order { camera: number; ids: BigUint64Array }
 export interface Replace { out: BigUint64Array; in: BigUint64Array }
 export interface Drop { ids: BigUint64Array }
@@ -59,6 +64,7 @@ export interface Message {
     hello?: Hello; camera?: Camera; impostor?: Impostor; order?: Order; geometry?: Geometry;
     replace?: Replace; drop?: Drop; screen?: Screen; acknowledge?: Acknowledge; stats?: Stats;
     error?: WireError; ping?: Ping; pong?: Ping; bye?: Bye; settings?: Settings;
+    instance?: Instance; light?: Light;
 }
 export interface Envelope { batch: number; messages: Message[] }
 

@@ -52,6 +52,38 @@ test('orders, versions, drops and replacements', async () => {
     assert.deepEqual(see(), [10, 20, 30]); // in front, where nothing makes way
 });
 
+/** The models of test/wasm_models.c are native; here their places and fates are tested. */
+const model = (id, version, bytes) => (
+    { kind: 'model', id: BigInt(id), version, block: new Uint8Array(bytes) });
+const instance = (id, of, numbers = {}) => (
+    { kind: 'instance', id: BigInt(id), version: 1, model: BigInt(of),
+      numbers: Float64Array.from({ length: 17 }, (_, i) => numbers[i] ?? 0) });
+
+test('models and instances: damaged, too large, too many, without each other', async () => {
+    const { scene, see } = await begin();
+    assert.throws(() => scene.apply([model(70, 1, 512)]), /damaged/);
+    assert.throws(() => scene.apply([model(70, 1, 1)]), /damaged/);
+    assert.deepEqual([...scene.apply([model(70, 1, 300000)])], [70n]); // more than its share
+    assert.equal(scene.heldBytes, 0);
+    scene.apply([picture(1, 1, [10, 20, 30]), instance(2, 70), instance(3, 71),
+                 { kind: 'light', numbers: new Float64Array(16) },
+                 { kind: 'order', ids: ids(2, 1, 3, 70) }]);
+    assert.deepEqual(see(), [10, 20, 30]);
+    assert.equal(scene.shown, 1); // their models have not come
+    assert.equal(scene.heldIds().ids.length, 3);
+    const before = scene.heldBytes;
+    scene.apply([{ kind: 'drop', ids: ids(2, 3) }]);
+    assert.equal(scene.heldBytes, before - 512);
+    const many = Array.from({ length: 17000 }, (_, i) => instance(100 + i, 70));
+    assert.equal(scene.apply(many).length, 17000 - 16384);
+    assert.equal(scene.apply([{ kind: 'drop', ids: scene.heldIds().ids }]).length, 0);
+    assert.equal(scene.heldBytes, 0);
+    const named = Array.from({ length: 5000 }, (_, i) => instance(1 + i, 1e6 + i));
+    assert.ok(scene.apply(named).length >= 5000 - 4096);
+    scene.apply([picture(1, 1, [7, 8, 9]), { kind: 'order', ids: ids(1) }]); // now it is a picture
+    assert.deepEqual(see(), [7, 8, 9]);
+});
+
 test('what does not fit is given up, what is shown last', async () => {
     const { scene, see } = await begin(1 << 20);
     scene.apply([picture(1, 1, [9, 9, 9], 256), { kind: 'order', ids: ids(1) }]);

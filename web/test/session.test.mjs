@@ -137,7 +137,7 @@ test('a recorded server is understood', async () => {
         }
     }
     const items = t.display.flatMap((m) => m.to === 'batch' ? m.items.map(({ kind }) => kind) : []);
-    assert.deepEqual(items, ['impostor', 'order', 'replace', 'drop']);
+    assert.deepEqual(items, ['impostor', 'order', 'replace', 'drop', 'light', 'instance']);
     assert.ok(taken.includes('showing'));
 });
 
