@@ -2,6 +2,7 @@
 #ifndef VEDUTA_DISPLAY_WASM_H
 #define VEDUTA_DISPLAY_WASM_H
 
+#include <veduta/camera.h>
 #include "display/display_rows.h"
 
 #define VD_EXPORT(name) __attribute__((export_name(#name), used)) name
@@ -15,5 +16,12 @@ uintptr_t vd_wasm_take(size_t bytes);
  * or −1 when there is no memory. */
 int vd_wasm_draw_quads(const vd_display_window *window, const vd_quad *quads, int count,
                        float near_m, bool draw_hidden);
+
+/* Numbers of an order from here on are those of instances of models, which src/world/wasm draws. */
+#define VD_WASM_INSTANCES 0x80000000u
+
+/* Draws these over the window; returns how many were drawn. */
+int vd_wasm_placed_draw(const uint32_t *order, int count, const vd_camera *camera,
+                        const vd_display_window *window);
 
 #endif

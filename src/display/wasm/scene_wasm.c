@@ -11,7 +11,6 @@
 #include <float.h>
 #include <veduta/camera.h>
 #include "display/wasm/display_wasm.h"
-#include "world/wasm/placed_wasm.h"
 
 #define HEAD_BYTES 64u
 #define NO_SLOT UINT32_MAX
@@ -335,8 +334,7 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
             const uint32_t run = count_instances(i, most);
             unsound =
                 unsound < 0 ? unsound : vd_wasm_draw_quads(&window, quads, made, near_m, false);
-            shown += vd_wasm_placed_draw(scene.order + i, (int)run, &camera,
-                                         &(vd_placed_window){rgba, width, height, stride});
+            shown += vd_wasm_placed_draw(scene.order + i, (int)run, &camera, &window);
             made = 0;
             i += run - 1;
             continue;

@@ -6,8 +6,6 @@
 #include "world/wasm/placed_wasm.h"
 #include <string.h>
 
-#define EXPORT(name) __attribute__((export_name(#name), used)) name
-
 #define MOST_MODELS 4096u
 #define MOST_INSTANCES 16384u
 
@@ -29,7 +27,7 @@ static struct {
 } page;
 
 /* Makes room for models and for drawing them; only once. Returns 0 when there is no memory. */
-int EXPORT(vd_wasm_placed_create)(uint32_t bytes) {
+int VD_EXPORT(vd_wasm_placed_create)(uint32_t bytes) {
     page.context = vd_wasm_context(bytes);
     if (page.context == NULL || page.placer != NULL) {
         return page.placer != NULL;
@@ -46,11 +44,11 @@ int EXPORT(vd_wasm_placed_create)(uint32_t bytes) {
 }
 
 /* Returns where a block of so many bytes is to be written; 0 when there is no memory. */
-void *EXPORT(vd_wasm_model_room)(uint32_t bytes) {
+void *VD_EXPORT(vd_wasm_model_room)(uint32_t bytes) {
     return page.placer != NULL ? vd_allocate(page.context, bytes, 1) : NULL;
 }
 
-void EXPORT(vd_wasm_model_remove)(uint32_t slot) {
+void VD_EXPORT(vd_wasm_model_remove)(uint32_t slot) {
     if (page.placer != NULL && slot < MOST_MODELS) {
         vd_model_destroy(&page.models[slot]);
     }
@@ -58,7 +56,7 @@ void EXPORT(vd_wasm_model_remove)(uint32_t slot) {
 
 /* Makes a model of the block that was written, and gives its room back. Returns 0; 1 when there is
  * no memory; else the address of a sentence that says what is wrong with the block. */
-uintptr_t EXPORT(vd_wasm_model_add)(uint32_t slot, void *block, uint32_t bytes) {
+uintptr_t VD_EXPORT(vd_wasm_model_add)(uint32_t slot, void *block, uint32_t bytes) {
     vd_model *model = NULL;
     vd_wasm_model_remove(slot);
     const vd_status status = slot < MOST_MODELS
@@ -74,7 +72,7 @@ uintptr_t EXPORT(vd_wasm_model_add)(uint32_t slot, void *block, uint32_t bytes) 
 
 /* Places an instance of a model: origin, axes, sun, ground (three numbers and 1, or four times 0).
  * False when there is no such slot. */
-int EXPORT(vd_wasm_instance_add)(uint32_t slot, uint32_t model, const double numbers[17]) {
+int VD_EXPORT(vd_wasm_instance_add)(uint32_t slot, uint32_t model, const double numbers[17]) {
     if (page.placer == NULL || slot >= MOST_INSTANCES || model >= MOST_MODELS) {
         return 0;
     }
@@ -92,7 +90,7 @@ int EXPORT(vd_wasm_instance_add)(uint32_t slot, uint32_t model, const double num
     return 1;
 }
 
-void EXPORT(vd_wasm_instance_remove)(uint32_t slot) {
+void VD_EXPORT(vd_wasm_instance_remove)(uint32_t slot) {
     if (page.placer != NULL && slot < MOST_INSTANCES) {
         page.instances[slot].model = 0;
     }
@@ -104,7 +102,7 @@ static vd_linear linear(const double *rgb) {
 
 /* Sets the light: towards the sun; colours of the sun, of ambient light from above and below, of
  * the horizon; the haze's distance. */
-void EXPORT(vd_wasm_light_set)(const double numbers[16]) {
+void VD_EXPORT(vd_wasm_light_set)(const double numbers[16]) {
     page.light = (vd_light){.sun_direction = vd_vec3_make(numbers[0], numbers[1], numbers[2]),
                             .sun = linear(numbers + 3),
                             .ambient_up = linear(numbers + 6),
@@ -115,7 +113,8 @@ void EXPORT(vd_wasm_light_set)(const double numbers[16]) {
 }
 
 int vd_wasm_placed_draw(const uint32_t *order, int count, const vd_camera *camera,
-                        const vd_placed_window *window) {
+                        const vd_display_window *window) {
+    const vd_placed_window to = {window->rgba, window->width, window->height, window->stride};
     int made = 0, drawn = 0;
     for (int k = 0; k < count && page.lit && made < (int)MOST_INSTANCES; k++) {
         const uint32_t slot = order[k] - VD_WASM_INSTANCES;
@@ -126,7 +125,7 @@ int vd_wasm_placed_draw(const uint32_t *order, int count, const vd_camera *camer
     }
     /* Without memory the frame has none of them. */
     return made > 0 && vd_placer_draw(page.placer, NULL, &page.light, camera, page.placed, made,
-                                      window, &drawn)
+                                      &to, &drawn)
                                .code == VD_OK
                ? drawn
                : 0;
