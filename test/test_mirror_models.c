@@ -396,6 +396,24 @@ static void impossible_places_are_left_out(void **state) {
     say(&order);
     (void)drawn(&camera, &shown, &hash);
     assert_true(shown.models > 100 && shown.models < 60000);
+    static uint8_t dot[16] = {255, 255, 255, 255};
+    vd_wire_message picture = {.kind = VD_WIRE_IMPOSTOR};
+    picture.as.impostor =
+        (vd_wire_impostor){.id = 10,
+                           .version = 1,
+                           .corners = {{-1, 9, 1}, {1, 9, 1}, {1, 9, -1}, {-1, 9, -1}},
+                           .nearer = 1.0f,
+                           .width = 2,
+                           .height = 2,
+                           .codec = VD_CODEC_RAW,
+                           .picture = {dot, sizeof dot}};
+    say(&picture);
+    for (int i = 0; i < 60000; i++) { /* between pictures */
+        ids[i] = i % 2 == 0 ? 9 : 10;
+    }
+    say(&order);
+    (void)drawn(&camera, &shown, &hash);
+    assert_int_equal(shown.models, VD_PLACED_RUNS);
     vd_release(e.context, block);
     end();
 }

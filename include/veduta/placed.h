@@ -24,6 +24,10 @@ VD_BEGIN_DECLARATIONS
 /* Primitives and vertices of a call; what comes after that is left out. */
 #define VD_PLACED_MOST ((uint64_t)1 << 20)
 
+/* Calls that a client makes for one frame: runs of instances in an order beyond that are left out,
+ * or a server could ask for the work of a minute. */
+#define VD_PLACED_RUNS 16
+
 typedef struct vd_place {
     vd_vec3 origin;   /* where the model's own origin stands: world, metres */
     float axes[3][3]; /* where its x, y and z axis lead, one after the other */

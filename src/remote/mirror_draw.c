@@ -105,7 +105,7 @@ static vd_status draw_all(vd_mirror *m, vd_job *job, const vd_camera *camera, vd
     const vd_placed_window window = {frame->rgba, frame->width, frame->height, frame->stride};
     vd_status status = vd_success();
     memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
-    for (int q = 0, i = 0; status.code == VD_OK && (q < s->quads || i < s->placed);) {
+    for (int q = 0, i = 0, runs = 0; status.code == VD_OK && (q < s->quads || i < s->placed);) {
         const int until = i < s->placed ? m->behind[i] : s->quads;
         int run = 0, drawn = 0;
         while (i + run < s->placed && m->behind[i + run] == until) {
@@ -114,7 +114,7 @@ static vd_status draw_all(vd_mirror *m, vd_job *job, const vd_camera *camera, vd
         if (until > q) {
             status = vd_display_draw(m->display, job, frame, m->quads + q, until - q, NULL);
         }
-        if (status.code == VD_OK && run > 0) {
+        if (status.code == VD_OK && run > 0 && runs++ < VD_PLACED_RUNS) {
             status = vd_placer_draw(m->placer, job, &s->light, camera, m->placed + i, run, &window,
                                     &drawn);
         }

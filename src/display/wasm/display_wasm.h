@@ -20,8 +20,8 @@ int vd_wasm_draw_quads(const vd_display_window *window, const vd_quad *quads, in
 /* Numbers of an order from here on are those of instances of models, which src/world/wasm draws. */
 #define VD_WASM_INSTANCES 0x80000000u
 
-/* Draws these over the window; returns how many were drawn. */
-int vd_wasm_placed_draw(const uint32_t *order, int count, const vd_camera *camera,
+/* Draws the `run`th run of these in an order over the window; returns how many were drawn. */
+int vd_wasm_placed_draw(int run, const uint32_t *order, int count, const vd_camera *camera,
                         const vd_display_window *window);
 
 #endif

@@ -327,14 +327,14 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
     int made = 0, shown = 0;
     const vd_display_window window = {
         .rgba = rgba, .width = width, .height = height, .stride = stride};
-    int unsound = 0;
+    int unsound = 0, runs = 0;
     for (uint32_t i = 0; i < most && room >= 0; i++) {
         vd_quad quad;
         if (scene.order[i] >= VD_WASM_INSTANCES) { /* over what was ordered before */
             const uint32_t run = count_instances(i, most);
             unsound =
                 unsound < 0 ? unsound : vd_wasm_draw_quads(&window, quads, made, near_m, false);
-            shown += vd_wasm_placed_draw(scene.order + i, (int)run, &camera, &window);
+            shown += vd_wasm_placed_draw(runs++, scene.order + i, (int)run, &camera, &window);
             made = 0;
             i += run - 1;
             continue;

@@ -112,11 +112,12 @@ void VD_EXPORT(vd_wasm_light_set)(const double numbers[16]) {
     page.lit = true;
 }
 
-int vd_wasm_placed_draw(const uint32_t *order, int count, const vd_camera *camera,
+int vd_wasm_placed_draw(int run, const uint32_t *order, int count, const vd_camera *camera,
                         const vd_display_window *window) {
     const vd_placed_window to = {window->rgba, window->width, window->height, window->stride};
     int made = 0, drawn = 0;
-    for (int k = 0; k < count && page.lit && made < (int)MOST_INSTANCES; k++) {
+    for (int k = 0; k < count && page.lit && run < VD_PLACED_RUNS && made < (int)MOST_INSTANCES;
+         k++) {
         const uint32_t slot = order[k] - VD_WASM_INSTANCES;
         const instance *i = slot < MOST_INSTANCES ? &page.instances[slot] : NULL;
         if (i != NULL && i->model != 0 && page.models[i->model - 1] != NULL) {
