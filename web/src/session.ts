@@ -240,7 +240,8 @@ export class Session {
         this.batch = 0;
         this.sent = [];
         this.heardAt = this.around.now();
-        this.send([{ hello: { version: VERSION, capabilities: this.unpacker.codecs | MODELS_BIT | SCREENS_BIT,
+        const capabilities = this.unpacker.codecs | MODELS_BIT | SCREENS_BIT;
+        this.send([{ hello: { version: VERSION, capabilities,
                               token: this.setup.token, memory_bytes: BigInt(this.setup.memoryBytes),
                               width: this.setup.width, height: this.setup.height, name: 'page',
                               held_ids: held.ids, held_versions: held.versions } },
