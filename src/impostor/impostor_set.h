@@ -270,6 +270,10 @@ static inline uint32_t vd_impostor_patch(const vd_impostors *set, uint32_t node)
     return node - (uint32_t)set->world->node_count;
 }
 
+static inline vd_impostor_stand *vd_impostor_stand_at(const vd_impostors *set, uint32_t index) {
+    return (vd_impostor_stand *)set->placing.stands.data + index;
+}
+
 static inline vd_impostor_slot *vd_impostor_slot_at(const vd_impostors *set, uint32_t slot) {
     return (vd_impostor_slot *)set->slots.data + slot;
 }
