@@ -186,6 +186,13 @@ static void show(deciding *d, uint32_t index, double error, vd_list *list) {
     if (slot == NULL || slot->empty) {
         return;
     }
+    if (slot->now.rgba != NULL && d->view->horizon != NULL) {
+        vd_vec3 min, max;
+        vd_impostor_bounds(d->set, d->view, index, &min, &max);
+        if (vd_horizon_hides(d->view->horizon, min, max)) {
+            return;
+        }
+    }
     slot->used = d->set->update;
     slot->error_px = error;
     if (!vd_impostor_is_patch(d->set, index)) {

@@ -158,7 +158,7 @@ static double parallax(const vd_impostors *set, const vd_impostor_view *view, ui
                        const vd_impostor_picture *picture) {
     vd_vec3 points[VD_IMPOSTOR_POINTS];
     const int count = vd_impostor_key_points(set, view, node, points);
-    return vd_impostor_plane_error(&picture->plane, points, count, view->eye, view->focal_px);
+    return vd_impostor_plane_error(&picture->plane, points, count, view->seen, view->focal_px);
 }
 
 double vd_impostor_parallax(const vd_impostors *set, const vd_impostor_view *view,
@@ -177,7 +177,7 @@ double vd_impostor_picture_error(const vd_impostors *set, const vd_impostor_view
     const double error = parallax(set, view, node, picture);
     const double then = picture->plane.distance_m / picture->focal_px;
     const double now =
-        vd_vec3_length(vd_vec3_subtract(view->eye, picture->plane.origin)) / view->focal_px;
+        vd_vec3_length(vd_vec3_subtract(view->seen, picture->plane.origin)) / view->focal_px;
     const double ratio = then > now ? then / now : now / then;
     return ratio > MOST_RATIO || lacks_a_side(set, view, node, picture)
                ? fmax(error, 2.0 * set->def.tolerance_px)

@@ -80,6 +80,7 @@ vd_impostor_view vd_impostors_view(const vd_impostors *set, const vd_camera *cam
                              .focal_px = fmax(camera->lens.fx, camera->lens.fy),
                              .detail = 1.0,
                              .velocity = set->velocity};
+    view.seen = set->def.link_bytes_per_s > 0.0 || set->def.ship ? view.eye : camera->eye;
     const int x = (int)(set->def.spare * width), y = (int)(set->def.spare * height);
     vd_camera wide = *camera;
     wide.lens.cx += x;

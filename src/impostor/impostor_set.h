@@ -14,6 +14,7 @@
 #include "core/list.h"
 #include "impostor/impostor_ground.h"
 #include "impostor/impostor_plane.h"
+#include "terrain/horizon.h"
 
 /* Transparent pixels around each picture, so that its edge fades out when it is filtered. */
 #define VD_IMPOSTOR_PAD 2
@@ -208,13 +209,16 @@ struct vd_impostors {
 
 /* How an update, or a picture for a client, sees the world. */
 typedef struct vd_impostor_view {
-    vd_vec3 eye;      /* where pictures are made from: where the camera will be */
+    vd_vec3 eye;  /* where pictures are made from: where the camera will be */
+    vd_vec3 seen; /* where they are judged from: the camera's eye, or with a link, whose pictures
+                     come later, that other one */
     vd_camera camera; /* as it is */
     int width, height;
     vd_frustum frustum;
-    bool turning;     /* the camera does: in a while it will see */
-    vd_frustum ahead; /* this */
-    vd_vec3 velocity; /* metres a second */
+    const vd_horizon *horizon; /* null: no ground hides anything */
+    bool turning;              /* the camera does: in a while it will see */
+    vd_frustum ahead;          /* this */
+    vd_vec3 velocity;          /* metres a second */
     double focal_px, drop_per_m2;
     double detail; /* pixels a side of a picture to one of the screen */
     double u, v;   /* the cell of the map that the camera is over; anywhere outside, too */

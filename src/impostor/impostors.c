@@ -408,8 +408,9 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     set->stats.drawn = 0;
     vd_impostors_follow(set, camera, time_s);
     vd_impostors_receive(set);
-    const vd_impostor_view view = vd_impostors_view(set, camera, width, height);
-    status = make_all(set, job, &view);
+    vd_impostor_view view = vd_impostors_view(set, camera, width, height);
+    status = vd_world_aim_horizon(set->renderer, job, camera, width, height, &view.horizon);
+    status = status.code == VD_OK ? make_all(set, job, &view) : status;
     vd_impostors_trim(set);
     if (status.code == VD_OK) {
         status = vd_impostors_settle(set, job, camera, width, height);

@@ -159,15 +159,24 @@ static void aim(vd_world_renderer *renderer, vd_pass *pass) {
     vd_world_sun_aim(renderer, pass->camera);
 }
 
-/* What the terrain hides, of a whole world. */
-static vd_status aim_horizon(vd_world_renderer *renderer, vd_job *job, vd_pass *pass) {
-    if (renderer->horizon_map == NULL || renderer->world->node_count < LEAST_HIDDEN) {
+vd_status vd_world_aim_horizon(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
+                               int width, int height, const vd_horizon **out) {
+    vd_horizon_view view;
+    *out = NULL;
+    if (renderer->horizon_map == NULL) {
         return vd_success();
     }
-    vd_horizon_view view;
-    vd_horizon_view_of(&renderer->ground->def, pass->camera, pass->width, pass->height, &view);
-    pass->horizon = renderer->horizon;
+    vd_horizon_view_of(&renderer->ground->def, camera, width, height, &view);
+    *out = renderer->horizon;
     return vd_horizon_aim(renderer->horizon, job, renderer->horizon_map, &view);
+}
+
+/* What the terrain hides, of a whole world. */
+static vd_status aim_horizon(vd_world_renderer *renderer, vd_job *job, vd_pass *pass) {
+    return renderer->world->node_count >= LEAST_HIDDEN
+               ? vd_world_aim_horizon(renderer, job, pass->camera, pass->width, pass->height,
+                                      &pass->horizon)
+               : vd_success();
 }
 
 static vd_pass begin_pass(vd_world_renderer *renderer, const vd_camera *camera,

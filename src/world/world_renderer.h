@@ -91,6 +91,12 @@ void vd_world_cell(const double sample_from_world[6], const vd_cells *map, doubl
 vd_cells vd_world_node_cells(const double sample_from_world[6], const vd_cells *map,
                              const vd_node *node);
 
+/* What the terrain hides from a camera; null where it hides nothing. The renderer's, until it draws
+ * or aims again. Returns VD_ERROR_CANCELLED. */
+VD_MUST_USE vd_status vd_world_aim_horizon(vd_world_renderer *renderer, vd_job *job,
+                                           const vd_camera *camera, int width, int height,
+                                           const vd_horizon **out);
+
 /* Walks the tree below a node and gathers what may be seen; with `standing` only what stands on
  * those cells of the terrain, which is a heightfield. Returns VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_world_gather(vd_world_renderer *renderer, vd_pass *pass,
