@@ -8,6 +8,7 @@
 #include "render_settings.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_FRAMES = 1000 };
@@ -239,6 +240,52 @@ static void note_bandwidth(const flight *f, bench_result *result) {
              1e-6 * terms[least] / fmax(f->overdraw, 1e-9), names[least]);
 }
 
+/* Slices of the view from before to behind, each as large as the screen and an eighth covered, that
+ * never have to be made anew: what showing them takes (parallel planes). */
+static vd_status measure_planes(bench_run *run, bench_forest *w, vd_frame *frame,
+                                bench_result *result) {
+    enum { PLANES = 32, BLOCK = 16 };
+    static double times_ms[MOST_FRAMES];
+    const int width = frame->width, height = frame->height;
+    const int frames = run->repeat > 0 ? run->repeat : run->quick ? 3 : BENCH_FLIGHT;
+    uint8_t *texels = calloc((size_t)width * (size_t)height, 4);
+    vd_display *display = NULL;
+    vd_status status = texels != NULL ? vd_display_create(w->s.context, &display)
+                                      : vd_failure(VD_ERROR_MEMORY, "out of memory for planes");
+    for (int i = 0; i < width * height && status.code == VD_OK; i++) {
+        const unsigned block = (unsigned)(i % width / BLOCK + i / width / BLOCK * 5) * 2654435761u;
+        memset(texels + 4 * (size_t)i, block >> 29 == 0 ? 255 : 0, 4);
+    }
+    bench_say(run, result);
+    for (int i = 0; i < frames && status.code == VD_OK; i++) {
+        vd_quad quads[PLANES];
+        for (int k = 0; k < PLANES; k++) {
+            const float depth = (float)(PLANES - k) * 50.0f, off = (float)(i % 16) / depth;
+            const float x[4] = {0.0f, (float)width, (float)width, 0.0f};
+            const float y[4] = {0.0f, 0.0f, (float)height, (float)height};
+            quads[k] =
+                (vd_quad){.picture = {texels, width, height, (size_t)width, {0}}, .opacity = 255};
+            for (int c = 0; c < 4; c++) {
+                quads[k].corners[c] =
+                    (vd_quad_corner){(x[c] + off) * depth, (y[c] + off) * depth, depth};
+            }
+        }
+        const double start_ms = bench_wall_ms();
+        status = vd_display_draw(display, NULL, frame, quads, PLANES, NULL);
+        times_ms[i] = bench_wall_ms() - start_ms;
+    }
+    if (status.code == VD_OK) {
+        bench_summarize(times_ms, frames, result);
+        const double shown = 1e-3 * PLANES * width * height / result->median_ms;
+        snprintf(result->note, sizeof result->note, "D %d; B %.3g Mpx/s by B_C", PLANES,
+                 shown / PLANES);
+        status = bench_add(run, result);
+    }
+    vd_display_destroy(&display);
+    free(texels);
+    return status;
+}
+
 static vd_status measure_extremes(bench_run *run, const bench_case *self, bench_forest *w,
                                   vd_frame *frame) {
     static const struct {
@@ -263,7 +310,12 @@ static vd_status measure_extremes(bench_run *run, const bench_case *self, bench_
             status = bench_add(run, &result);
         }
     }
-    return status;
+    bench_result result = bench_result_of(self, "planes");
+    result.threads = vd_context_threads(w->s.context);
+    result.isa = vd_context_isa(w->s.context);
+    result.width = frame->width;
+    result.height = frame->height;
+    return status.code == VD_OK ? measure_planes(run, w, frame, &result) : status;
 }
 
 /* ---- the flight -------------------------------------------------------------------------------

@@ -250,7 +250,7 @@ static void all_that_is_shown_is_right(void **state) {
     assert_true(places > (test_is_reduced() ? 500u : 5000u));
 }
 
-/* ---- planes and turns -------------------------------------------------------------------------*/
+/* ---- changes, planes and turns ----------------------------------------------------------------*/
 
 /* A world of a wall, 10 m × 3 m, that stands askew, and nothing else; `plane` is its normal or 0.
  */
@@ -277,6 +277,68 @@ static void begin_wall(scene *s, bool planed, const vd_impostor_def *def) {
     assert_ok(vd_impostors_create(s->context, s->world, s->renderer, def, &s->set));
 }
 
+static void end_wall(scene *s) {
+    vd_impostors_destroy(&s->set);
+    vd_world_renderer_destroy(&s->renderer);
+    vd_world_destroy(&s->world);
+    vd_context_destroy(&s->context);
+}
+
+/* What is told to have changed is made anew at once, once; what changes all the time is drawn
+ * itself. */
+static void what_changes_is_made_anew(void **state) {
+    (void)state;
+    scene s;
+    vd_impostor_def def = patient();
+    def.settle = false;
+    begin(&s, 300, &def);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    for (int i = 0; i < 4; i++) {
+        (void)step(&s, &camera);
+    }
+    assert_int_equal(step(&s, &camera).drawn, 0);
+    /* On a patch: its pictures, of which one is shown. */
+    const uint32_t *far = s.set->far.data;
+    uint64_t id = 0;
+    for (size_t i = 0; i < s.set->far.count && id == 0; i++) {
+        const vd_cells cells = vd_ground_cells(
+            &s.set->ground, vd_impostor_patch(s.set, vd_impostor_slot_at(s.set, far[i])->node));
+        for (size_t n = 1; n < s.world->node_count && id == 0; n++) {
+            const vd_node *node = &s.world->nodes[n];
+            const vd_cells at =
+                vd_world_node_cells(s.set->ground.sample_from_world, &s.set->ground.map, node);
+            id = node->count == 0 && node->grounded && vd_cells_hold(&cells, &at) ? node->id : 0;
+        }
+    }
+    assert_true(id != 0);
+    vd_impostors_change(s.set, id);
+    vd_impostors_change(s.set, ~(uint64_t)0); /* there is none */
+    const uint64_t drawn = step(&s, &camera).drawn;
+    assert_in_range(drawn, 1, 3);
+    assert_int_equal(step(&s, &camera).drawn, 0);
+    end(&s);
+    /* On none: drawn itself while it changes, and a picture again after a while. */
+    scene w;
+    begin_wall(&w, false, &def);
+    vd_camera across = looking(vd_vec3_make(0, 0, 0));
+    across.eye = vd_vec3_make(0, -50, 2);
+    across.orientation = vd_orientation_from_angles(0.0, 0.0, 0.0);
+    assert_int_equal(step(&w, &across).shown, 1);
+    const uint64_t wall = w.world->nodes[w.world->nodes[0].first].id;
+    for (int i = 0; i < 5; i++) {
+        vd_impostors_change(w.set, wall);
+        const vd_impostor_stats stats = step(&w, &across);
+        assert_int_equal(stats.direct, i > 0);
+        assert_int_equal(stats.drawn, i == 0);
+    }
+    vd_impostor_stats stats = {0};
+    for (int i = 0; i < 12; i++) {
+        stats = step(&w, &across);
+    }
+    assert_true(stats.direct == 0 && stats.shown == 1);
+    end_wall(&w);
+}
+
 static void a_walls_picture_lies_in_its_plane(void **state) {
     (void)state;
     vd_impostor_def def = patient();
@@ -297,10 +359,7 @@ static void a_walls_picture_lies_in_its_plane(void **state) {
         const double along =
             fabs(vd_vec3_dot(slot->now.plane.normal, vd_vec3_make(sin(0.785), -cos(0.785), 0)));
         assert_true((along > 1 - 1e-6) == (planed == 1));
-        vd_impostors_destroy(&s.set);
-        vd_world_renderer_destroy(&s.renderer);
-        vd_world_destroy(&s.world);
-        vd_context_destroy(&s.context);
+        end_wall(&s);
     }
     if (!(2 * drawn[1] < drawn[0])) {
         fail_msg("%d pictures in its plane, %d in others", (int)drawn[1], (int)drawn[0]);
@@ -582,6 +641,7 @@ int main(void) {
         cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(only_the_still_picture_is_settled),
         cmocka_unit_test(all_that_is_shown_is_right),
+        cmocka_unit_test(what_changes_is_made_anew),
         cmocka_unit_test(a_walls_picture_lies_in_its_plane),
         cmocka_unit_test(a_turn_is_foreseen),
         cmocka_unit_test(tolerance_zero_always_draws),

@@ -161,6 +161,12 @@ VD_API VD_MUST_USE vd_status vd_impostors_set_show(vd_impostors *impostors, vd_i
  * the camera goes (Lawlor 2004, figure 3.2). */
 VD_API void vd_impostors_freeze(vd_impostors *impostors, bool frozen);
 
+/* An object has changed: its picture, and those of the groups and patches that it is in, are wrong,
+ * and made anew by the next update; until those are there the old ones are shown. One that changes
+ * again and again is drawn itself, patches aside, until it has rested for some updates. Of sets
+ * that share a pool each has to be told. An unknown id changes nothing. */
+VD_API void vd_impostors_change(vd_impostors *impostors, uint64_t id);
+
 /* Whether the picture is the still one, of which nothing will change while the camera rests. */
 VD_API bool vd_impostors_settled(const vd_impostors *impostors);
 

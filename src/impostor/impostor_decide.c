@@ -126,7 +126,7 @@ static wanted want(const deciding *d, uint32_t index, bool was_split) {
     const double least = d->set->def.least_reuse *
                          (vd_impostors_may_place(d->set, index) ? VD_IMPOSTOR_PLACED_REUSE : 1.0);
     /* Of what fails as a whole the parts may not. */
-    return !vd_impostor_is_skipped(d->set, index) &&
+    return !vd_impostor_is_skipped(d->set, index) && !vd_impostor_is_restless(d->set, index) &&
                    is_good(d, index, min, max, most, least, was_split ? HYSTERESIS : 1.0)
                ? PICTURE
                : parts;
@@ -144,7 +144,7 @@ static bool ask(deciding *d, uint32_t index, double *screen_error) {
     *screen_error = error;
     const bool wrong =
         !(error <= set->def.tolerance_px) || set->def.tolerance_px == 0.0 || set->def.no_reuse;
-    if (wrong && d->wishing && slot->coming) {
+    if (wrong && d->wishing && slot->coming && !slot->changed) {
         slot->asked = set->update; /* still of use */
     } else if (wrong && d->wishing && slot->asked != set->update && set->time_s >= slot->retry_s) {
         slot->asked = set->update;

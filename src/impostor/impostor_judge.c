@@ -163,13 +163,15 @@ static double parallax(const vd_impostors *set, const vd_impostor_view *view, ui
 
 double vd_impostor_parallax(const vd_impostors *set, const vd_impostor_view *view,
                             const vd_impostor_slot *slot) {
-    return slot->now.rgba != NULL ? parallax(set, view, slot->node, &slot->now) : (double)INFINITY;
+    return slot->now.rgba != NULL && !slot->changed ? parallax(set, view, slot->node, &slot->now)
+                                                    : (double)INFINITY;
 }
 
 double vd_impostor_error(const vd_impostors *set, const vd_impostor_view *view,
                          const vd_impostor_slot *slot) {
-    return slot->now.rgba != NULL ? vd_impostor_picture_error(set, view, slot->node, &slot->now)
-                                  : (double)INFINITY;
+    return slot->now.rgba != NULL && !slot->changed
+               ? vd_impostor_picture_error(set, view, slot->node, &slot->now)
+               : (double)INFINITY;
 }
 
 double vd_impostor_picture_error(const vd_impostors *set, const vd_impostor_view *view,

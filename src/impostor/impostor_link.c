@@ -35,6 +35,7 @@ void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
     slot->empty = made->empty;
     slot->born_s = set->time_s;
     slot->failures = 0;
+    slot->changed = made->version <= slot->since;
     set->stats.uploads++;
     set->stats.bytes_sent += sent_bytes(made);
     set->stats.pixels_sent += bytes_of(made) / 4;

@@ -172,7 +172,7 @@ static vd_status keep(vd_impostors *set, vd_impostor_slot *slot, vd_impostor_pic
 vd_status vd_impostors_share(vd_impostors *set, const vd_impostor_view *view,
                              vd_impostor_slot *slot, bool *shared) {
     vd_impostor_picture found;
-    *shared = vd_impostor_pool_get(set, view, slot->node, &found);
+    *shared = !slot->changed && vd_impostor_pool_get(set, view, slot->node, &found);
     set->stats.shared += *shared;
     return *shared ? keep(set, slot, &found) : vd_success();
 }

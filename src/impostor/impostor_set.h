@@ -38,10 +38,14 @@ typedef struct vd_impostor_picture {
 
 typedef struct vd_impostor_slot {
     uint32_t node;
-    bool split;     /* its children were shown last */
-    bool empty;     /* its picture shows nothing: nothing is shown */
-    bool coming;    /* a picture of it is on the link */
-    bool delivered; /* the client of `ship` has one */
+    bool split;       /* its children were shown last */
+    bool empty;       /* its picture shows nothing: nothing is shown */
+    bool coming;      /* a picture of it is on the link */
+    bool delivered;   /* the client of `ship` has one */
+    bool changed;     /* what is on it has, since it was made */
+    bool restless;    /* again and again */
+    uint64_t changes; /* number of the update after which it changed last */
+    uint32_t since;   /* version of the newest picture that shows it as it was */
     uint32_t failures;
     double retry_s;                  /* not drawn again before */
     double born_s;                   /* when the picture came */
@@ -326,6 +330,9 @@ VD_MUST_USE vd_status vd_impostors_make(vd_impostors *set, vd_job *job,
  * Returns VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_impostors_share(vd_impostors *set, const vd_impostor_view *view,
                                          vd_impostor_slot *slot, bool *shared);
+
+/* Whether what a node shows changes all the time. */
+bool vd_impostor_is_restless(const vd_impostors *set, uint32_t node);
 
 /* Finds or makes the slot of a node; null when memory is out. */
 vd_impostor_slot *vd_impostor_slot_of(vd_impostors *set, uint32_t node);
