@@ -23,9 +23,9 @@ static void print_help(void) {
         "Moves a camera along a PATH (docs/fly.md) and measures how far what is on screen is from\n"
         "what should be, with three ways of showing a world over a slow link: impostors, whole\n"
         "screens, and impostors without reuse; and with frames that are drawn directly, in no\n"
-        "time, of which all that is wrong is that a display shows 60 a second. The error of a "
-        "frame is the root of the mean\n"
-        "squared difference over 0.1 (Lawlor 2004, eq. 5.1). docs/impostors.md says more.\n",
+        "time, of which all that is wrong is that a display shows 60 a second. The error of a\n"
+        "frame is the root of the mean squared difference over 0.1 (Lawlor 2004, eq. 5.1).\n"
+        "docs/impostors.md says more.\n",
         stdout);
     vd_evaluate_print_help();
     fputs(

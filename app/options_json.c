@@ -228,7 +228,12 @@ static vd_status read_key(vd_options *options, const char *key, const json_t *va
 vd_status vd_options_read_root(vd_options *options, const json_t *root, const char *name,
                                const char *folder) {
     vd_status status = vd_success();
-    if (json_object_get(root, "veduta") == NULL) {
+    if (json_object_get(root, "veduta_path") != NULL) {
+        status = vd_failure(VD_ERROR_FORMAT,
+                            "%.200s is a camera path, not what it flies over; name it last, as in "
+                            "`veduta fly world.json path.json`",
+                            name);
+    } else if (json_object_get(root, "veduta") == NULL) {
         status = vd_failure(VD_ERROR_FORMAT,
                             "cannot read %.200s: it is JSON but not an options "
                             "file, which has the key \"veduta\"; `veduta %s --save` writes one",

@@ -349,6 +349,8 @@ static void bad_use_is_told(void **state) {
     fails(2, "--bandwith 3", "did you mean --bandwidth?");
     fails(1, "-o /nonexistent/report.json", "/nonexistent");
     fails(2, "-o orbit.json", "orbit.json");
+    assert_int_equal(run("", "evaluate orbit.json grove/forest.json"), 1);
+    assert_non_null(strstr(err, "orbit.json is a camera path, not what it flies over"));
     assert_int_equal(run("", "evaluate"), 2);
     assert_non_null(strstr(err, "there is nothing to measure"));
     assert_int_equal(run("", "evaluate grove/forest.json"), 2);

@@ -668,6 +668,9 @@ static void paths_are_recorded(void **unused) {
     wait_for_file("veduta-path-0001.json");
     close_viewer();
     assert_int_equal(RUN(60, program, "fly", world, "veduta-path-0001.json", "--dry-run"), 0);
+    assert_int_equal(RUN(60, program, "evaluate", world, "veduta-path-0001.json", "--virtual", "-s",
+                         "64x36", "--seconds", "0.3", "--only", "impostors"),
+                     0);
     char text[8192];
     read_back("veduta-path-0001.json", text, sizeof text);
     assert_non_null(strstr(text, "\"veduta_path\": 1"));

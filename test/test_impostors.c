@@ -252,29 +252,41 @@ static void all_that_is_shown_is_right(void **state) {
 
 /* ---- changes, planes and turns ----------------------------------------------------------------*/
 
-/* A world of a wall, 10 m × 3 m, that stands askew, and nothing else; `plane` is its normal or 0.
- */
-static void begin_wall(scene *s, bool planed, const vd_impostor_def *def) {
+/* A world of a box and nothing else, turned by an angle; `planed`: its pictures lie in the plane of
+ * its y. */
+static void begin_box(scene *s, vd_vec3 sides, double angle, bool planed,
+                      const vd_impostor_def *def) {
     *s = (scene){.context = test_context(2, VD_ISA_AUTO)};
     assert_ok(vd_world_create(s->context, NULL, &s->world));
     vd_model *model = ball(s->context);
     const vd_matrix turn =
-        vd_matrix_rotation(vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), 0.785));
-    vd_instance_def wall = {.plane = vd_vec3_make(0, 0, 0)};
-    vd_model_bounds(model, &wall.min, &wall.max);
-    const vd_vec3 size = vd_vec3_subtract(wall.max, wall.min);
-    const vd_matrix flat = vd_matrix_scaling(vd_vec3_make(10 / size.x, 0.2 / size.y, 3 / size.z));
-    wall.transform = vd_matrix_multiply(&turn, &flat);
+        vd_matrix_rotation(vd_quat_from_axis_angle(vd_vec3_make(0, 0, 1), angle));
+    vd_instance_def box = {.plane = vd_vec3_make(0, 0, 0)};
+    vd_model_bounds(model, &box.min, &box.max);
+    const vd_vec3 size = vd_vec3_subtract(box.max, box.min);
+    const vd_matrix flat =
+        vd_matrix_scaling(vd_vec3_make(sides.x / size.x, sides.y / size.y, sides.z / size.z));
+    box.transform = vd_matrix_multiply(&turn, &flat);
+    const vd_vec3 middle =
+        vd_matrix_transform(&box.transform, vd_vec3_scale(vd_vec3_add(box.min, box.max), 0.5));
+    box.transform.m[0][3] -= middle.x;
+    box.transform.m[1][3] -= middle.y;
+    box.transform.m[2][3] -= middle.z;
     if (planed) {
-        wall.plane = vd_matrix_transform(&turn, vd_vec3_make(0, 7, 0));
+        box.plane = vd_matrix_transform(&turn, vd_vec3_make(0, 7, 0));
     }
-    assert_ok(vd_world_add_model(s->world, &model, &wall.model));
+    assert_ok(vd_world_add_model(s->world, &model, &box.model));
     vd_object *object = NULL;
-    assert_ok(vd_instance_create(s->context, &wall, &object));
+    assert_ok(vd_instance_create(s->context, &box, &object));
     assert_ok(vd_world_add(s->world, &object));
     assert_ok(vd_world_arrange(s->world, NULL));
     assert_ok(vd_world_renderer_create(s->context, NULL, s->world, NULL, &s->renderer));
     assert_ok(vd_impostors_create(s->context, s->world, s->renderer, def, &s->set));
+}
+
+/* A wall, 10 m × 3 m, that stands askew. */
+static void begin_wall(scene *s, bool planed, const vd_impostor_def *def) {
+    begin_box(s, vd_vec3_make(10, 0.2, 3), 0.785, planed, def);
 }
 
 static void end_wall(scene *s) {
@@ -282,6 +294,52 @@ static void end_wall(scene *s) {
     vd_world_renderer_destroy(&s->renderer);
     vd_world_destroy(&s->world);
     vd_context_destroy(&s->context);
+}
+
+/* The measured, area-averaged reuse follows R = z (z − d) Δs H / (k d V) over distance and depth
+ * (eq. 2.4, figure 2.5), here of a block that the camera goes past at right angles. */
+static void reuse_follows_the_formula(void **state) {
+    (void)state;
+    enum { WIDE = 800, HIGH = 600, LIVES = 6 };
+    static const double distances[] = {100, 200, 400}, depths[] = {0.5, 1, 2, 4};
+    const double speed = 40.0; /* metres a second: lives of frames, not of minutes */
+    vd_impostor_def def = patient();
+    def.settle = false;
+    def.most_px = 1e4;
+    int cases = 0;
+    for (int i = 0; i < 12; i++) {
+        scene s;
+        vd_frame *frame = NULL;
+        const double z = distances[i % 3], d = depths[i / 3];
+        vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+        camera.lens = vd_lens_from_fov(0.9, WIDE, HIGH);
+        const double focal = fmax(camera.lens.fx, camera.lens.fy);
+        const double formula = z * (z - d) * def.tolerance_px * def.rate_hz / (focal * d * speed);
+        if (formula < 2.0 * def.least_reuse || formula > (test_is_reduced() ? 40 : 200)) {
+            continue;
+        }
+        begin_box(&s, vd_vec3_make(2 * d, 2 * d, 2 * d), 0.0, false, &def);
+        assert_ok(vd_frame_create(s.context, WIDE, HIGH, 0, &frame));
+        vd_impostor_stats first = {0}, last = {0};
+        for (int f = 0; f < LIVES * (int)formula; f++) { /* around it: always at right angles */
+            const double angle = speed / def.rate_hz * f / z;
+            camera.eye = vd_vec3_make(z * sin(angle), -z * cos(angle), 0);
+            camera.orientation = vd_orientation_from_angles(-angle, 0.0, 0.0);
+            assert_ok(vd_impostors_update(s.set, NULL, &camera, WIDE, HIGH, f / def.rate_hz, NULL));
+            assert_ok(vd_impostors_draw(s.set, NULL, &camera, frame, &last));
+            first = f == 10 ? last : first;
+        }
+        const double drawn = (double)(last.pixels_drawn - first.pixels_drawn);
+        const double reuse = (double)(last.pixels_shown - first.pixels_shown) / drawn;
+        if (!(reuse > 0.7 * formula && reuse < 1.3 * formula)) {
+            fail_msg("z %g m, d %g m: reuse %.1f, formula %.1f", z, d, reuse, formula);
+        }
+        print_message("| %g | %g | %.1f | %.1f |\n", z, d, formula, reuse);
+        cases++;
+        vd_frame_destroy(&frame);
+        end_wall(&s);
+    }
+    assert_true(cases >= (test_is_reduced() ? 3 : 6));
 }
 
 /* What is told to have changed is made anew at once, once; what changes all the time is drawn
@@ -641,6 +699,7 @@ int main(void) {
         cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(only_the_still_picture_is_settled),
         cmocka_unit_test(all_that_is_shown_is_right),
+        cmocka_unit_test(reuse_follows_the_formula),
         cmocka_unit_test(what_changes_is_made_anew),
         cmocka_unit_test(a_walls_picture_lies_in_its_plane),
         cmocka_unit_test(a_turn_is_foreseen),

@@ -53,8 +53,8 @@ typedef struct vd_impostor_pool vd_impostor_pool;
 typedef struct vd_impostor_def {
     double tolerance_px; /* screen error up to which a picture is shown; 0: drawn anew always */
     double budget_s; /* wall time of an update's drawing, above 0; one picture is always drawn, and
-                        while things are drawn themselves for want of pictures these may take half
-                        as long as those did */
+                        while things are drawn themselves for want of pictures these may take as
+                        long as all that is drawn itself did */
     size_t memory_bytes;  /* of pictures; the least valuable go first */
     double fade_s;        /* over which a new picture takes the place of an old one; 0: at once */
     double rate_hz;       /* pictures a second that are shown: for how long a picture lasts */

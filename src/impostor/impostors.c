@@ -244,8 +244,8 @@ static int compare_wishes(const void *a, const void *b) {
 }
 
 /* While things are drawn themselves for want of pictures each picture makes every frame shorter:
- * then pictures may take half as long as those things did. (By the budget alone a forest of 5,000
- * direct trees, 300 ms a frame, stays one: eight pictures a frame.) */
+ * then pictures may take as long as what was drawn itself did. (By the budget alone a forest of
+ * 5,000 direct trees, 300 ms a frame, stays one: eight pictures a frame.) */
 static double budget_s(const vd_impostors *set) {
     if (set->def.remote) {
         return fmax(set->def.budget_s, 1.0 / set->def.rate_hz);
