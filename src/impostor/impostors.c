@@ -385,6 +385,9 @@ vd_status vd_impostors_check(const vd_camera *camera, int width, int height) {
                             width, height, VD_MAX_SIDE);
 }
 
+/* Fewer pictures are not worth a horizon, which takes a millisecond: as long as showing these. */
+#define LEAST_HIDDEN 256
+
 vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *camera, int width,
                               int height, double time_s, vd_impostor_stats *stats) {
     vd_status status = vd_impostors_check(camera, width, height);
@@ -409,7 +412,9 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     vd_impostors_follow(set, camera, time_s);
     vd_impostors_receive(set);
     vd_impostor_view view = vd_impostors_view(set, camera, width, height);
-    status = vd_world_aim_horizon(set->renderer, job, camera, width, height, &view.horizon);
+    if (set->stats.shown > LEAST_HIDDEN) {
+        status = vd_world_aim_horizon(set->renderer, job, camera, width, height, &view.horizon);
+    }
     status = status.code == VD_OK ? make_all(set, job, &view) : status;
     vd_impostors_trim(set);
     if (status.code == VD_OK) {
