@@ -35,6 +35,7 @@ typedef struct deciding {
     double speed;   /* of the camera, metres a second */
     bool wishing;   /* pictures that are missing are asked for */
     double urgency; /* factor on what they are worth */
+    const vd_frustum *seen; /* what lies wholly in it is not looked at again; null: all is */
     bool any_need;
     vd_cells need; /* ground that this walk found too near for pictures */
     vd_status status;
@@ -98,13 +99,26 @@ static wanted want_near(const deciding *d, const vd_node *node) {
     return vd_cells_hold(&set->near, &at) ? PICTURE : CHILDREN;
 }
 
+/* Whether a box is in the view that was decided before, all of it. */
+static bool is_seen(const deciding *d, vd_vec3 min, vd_vec3 max) {
+    for (int i = 0; i < 5 && d->seen != NULL; i++) {
+        const vd_vec3 n = d->seen->planes[i].normal;
+        const double least = n.x * (n.x > 0.0 ? min.x : max.x) + n.y * (n.y > 0.0 ? min.y : max.y) +
+                             n.z * (n.z > 0.0 ? min.z : max.z);
+        if (!(least >= d->seen->planes[i].offset)) {
+            return false;
+        }
+    }
+    return d->seen != NULL;
+}
+
 static wanted want(const deciding *d, uint32_t index, bool was_split) {
     const vd_node *node = &d->set->world->nodes[index];
     const bool placed = node->count == 0;
     const wanted parts = placed ? ITSELF : CHILDREN;
     vd_vec3 min, max;
     vd_impostor_bounds(d->set, d->view, index, &min, &max);
-    if (!vd_frustum_touches_box(&d->view->frustum, min, max)) {
+    if (!vd_frustum_touches_box(&d->view->frustum, min, max) || is_seen(d, min, max)) {
         return NOTHING;
     }
     if (placed) {
@@ -405,7 +419,8 @@ static bool walk_patch(deciding *d, uint32_t patch, bool emit) {
         return true;
     }
     vd_impostor_bounds(set, d->view, index, &min, &max);
-    if (!(min.x <= max.x) || !vd_frustum_touches_box(&d->view->frustum, min, max)) {
+    if (!(min.x <= max.x) || !vd_frustum_touches_box(&d->view->frustum, min, max) ||
+        is_seen(d, min, max)) {
         return true;
     }
     const bool forced = set->any_near && vd_cells_overlap(&set->near, &cells);
@@ -508,6 +523,7 @@ static vd_status look_ahead(const deciding *now) {
     deciding d = *now;
     d.view = &view;
     d.urgency = NOT_YET;
+    d.seen = &now->view->frustum;
     if (d.set->ground.count > 0) {
         (void)walk_patch(&d, d.set->ground.count - 1, false);
     }
