@@ -236,7 +236,8 @@ static vd_status work_impostors(vd_session *s, vd_job *job, double now_s) {
 
 /* ---- a turn -----------------------------------------------------------------------------------*/
 
-/* Once a second, and to answer a camera for which there was nothing else to say. */
+/* Once a second, when the exact picture is there, and to answer a camera for which there was
+ * nothing else to say. */
 static void tell_stats(vd_session *s, bool answer, double now_s) {
     if (!answer && now_s - s->told_s < 1.0) {
         return;
@@ -262,7 +263,7 @@ void vd_session_work(vd_session *s, vd_job *job, double now_s) {
     if (!vd_session_is_due(s, now_s)) {
         return;
     }
-    const bool fresh = s->camera_is_new;
+    const bool fresh = s->camera_is_new, was_exact = s->exact;
     s->camera_is_new = false;
     s->turn_bytes = 0;
     if (s->past_count > 0) {
@@ -288,5 +289,5 @@ void vd_session_work(vd_session *s, vd_job *job, double now_s) {
     s->next_s = s->turn_bytes > 0 ? now_s : now_s + IDLE_S;
     s->stats.settled = s->exact;
     s->stats.error_px = s->ordered && !s->exact ? s->stats.error_px : 0.0;
-    tell_stats(s, fresh && s->turn_bytes == 0, now_s);
+    tell_stats(s, (fresh && s->turn_bytes == 0) || (s->exact && !was_exact), now_s);
 }
