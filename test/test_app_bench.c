@@ -328,8 +328,8 @@ static void impostors_have_tables(void **state) {
         0);
     assert_int_equal(count("\"case\": \"impostor-path\""), 1);
     if (!test_is_reduced()) {
-        assert_int_equal(count("\"case\": \"impostor-extremes\""), 3);
-        assert_int_equal(count(" Mpx/s by B_"), 3);
+        assert_int_equal(count("\"case\": \"impostor-extremes\""), 4);
+        assert_int_equal(count(" Mpx/s by B_"), 4);
     }
     assert_int_equal(bench("--list"), 0);
     assert_non_null(strstr(output, "impostor-path quads quad-sides"));
