@@ -216,7 +216,7 @@ static void all_that_is_shown_is_right(void **state) {
         vd_camera camera = looking(vd_vec3_make(0, 0, 0));
         vd_vec3 motion = {0, 0, 0};
         double heading = 0.1, turn = 0.0;
-        for (int i = 0; i < (test_is_reduced() ? 60 : 400); i++) {
+        for (int i = 0; i < (test_is_reduced() ? 30 : 400); i++) {
             if (i % 9 == 0) {
                 motion.x = 4 * test_uniform(&random) - 2;
                 motion.y = 4 * test_uniform(&random) - 2;
@@ -315,7 +315,7 @@ static void reuse_follows_the_formula(void **state) {
         camera.lens = vd_lens_from_fov(0.9, WIDE, HIGH);
         const double focal = fmax(camera.lens.fx, camera.lens.fy);
         const double formula = z * (z - d) * def.tolerance_px * def.rate_hz / (focal * d * speed);
-        if (formula < 2.0 * def.least_reuse || formula > (test_is_reduced() ? 40 : 200)) {
+        if (formula < 2.0 * def.least_reuse || formula > (test_is_reduced() ? 30 : 200)) {
             continue;
         }
         begin_box(&s, vd_vec3_make(2 * d, 2 * d, 2 * d), 0.0, false, &def);
