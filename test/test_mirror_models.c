@@ -151,19 +151,20 @@ static double walk(bool no_models, int *models) {
     vd_camera camera = among_balls();
     look(&camera);
     pass(0.3);
-    for (int i = 0; i < 40; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 20 : 40); i++) {
         camera.eye.x += 0.1;
         look(&camera);
         pass(0.02);
     }
+    const int steps = test_is_reduced() ? 5 : 20;
     double sum = 0.0;
     vd_client_shown shown;
-    for (int i = 0; i < 20; i++) {
-        camera.eye.x += 0.1;
+    for (int i = 0; i < steps; i++) {
+        camera.eye.x += 2.0 / steps;
         sum += compare_lower(&camera, &shown);
     }
     *models = shown.models;
-    return sum / 20;
+    return sum / steps;
 }
 
 static void near_models_are_drawn_by_the_client(void **state) {
@@ -230,7 +231,7 @@ static void memory_is_kept(void **state) {
     begin((size_t)8 << 20, true, false);
     vd_camera camera = among_balls();
     int most = 0;
-    for (int i = 0; i < 150; i++) {
+    for (int i = 0; i < (test_is_reduced() ? 60 : 150); i++) {
         vd_client_shown shown;
         camera.eye.x += i < 50 ? 0.1 : 1.0;
         camera.eye.y += i < 50 ? 0.1 : 2.0;
@@ -392,7 +393,7 @@ static void impossible_places_are_left_out(void **state) {
     for (int i = 0; i < 60000; i++) {
         ids[i] = 9;
     }
-    order.as.order.ids.count = 60000;
+    order.as.order.ids.count = test_is_reduced() ? 500 : 60000;
     say(&order);
     (void)drawn(&camera, &shown, &hash);
     assert_true(shown.models > 100 && shown.models < 60000);
