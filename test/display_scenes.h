@@ -114,4 +114,16 @@ static inline void display_scene_make(display_scene *scene, uint64_t seed) {
     }
 }
 
+/* FNV-1a 64 of the RGBA rows without padding. */
+static inline uint64_t display_scene_hash(const vd_frame *frame) {
+    uint64_t hash = 0xCBF29CE484222325u;
+    for (int y = 0; y < frame->height; y++) {
+        const uint8_t *row = frame->rgba + 4 * frame->stride * (size_t)y;
+        for (int i = 0; i < 4 * frame->width; i++) {
+            hash = (hash ^ row[i]) * 0x100000001B3u;
+        }
+    }
+    return hash;
+}
+
 #endif

@@ -1,86 +1,13 @@
 /* The client's half of a session: against the server's half, and against servers that do wrong. */
 #include <stdlib.h>
+#include "mirror_ends.h"
 #include "remote/client_address.h"
-#include "remote/mirror.h"
-#include "session_scene.h"
-
-typedef struct ends {
-    vd_context *context;
-    session_scene scene;
-    vd_session *session; /* null: only what a test says */
-    vd_mirror *mirror;
-    vd_wire *wire; /* of a server that a test plays */
-    vd_wire_buffer buffer;
-    vd_frame *frame, *perfect;
-    double now_s;
-} ends;
-
-static ends e;
 
 static void begin(size_t memory_bytes, bool serve) {
-    memset(&e, 0, sizeof e);
-    e.now_s = 100.0;
-    e.context = test_context(2, VD_ISA_AUTO);
-    const vd_client_def def = vd_client_def_default();
-    const vd_mirror_def mirror = {
-        .token = "secret", .memory_bytes = memory_bytes, .settings = def.settings};
-    assert_ok(vd_mirror_create(e.context, &mirror, &e.mirror));
-    assert_ok(vd_wire_create(e.context, &e.wire));
-    assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &e.frame));
-    assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &e.perfect));
-    if (serve) {
-        scene_begin(&e.scene, e.context, "secret");
-        e.scene.def.seed = 1000;
-        assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
-    }
-    vd_mirror_open(e.mirror, e.now_s);
-}
-
-static void end(void) {
-    vd_mirror_destroy(&e.mirror);
-    vd_session_destroy(&e.session);
-    vd_wire_buffer_release(e.context, &e.buffer);
-    vd_wire_destroy(&e.wire);
-    if (e.scene.renderer != NULL) {
-        scene_end(&e.scene, e.context);
-    }
-    vd_frame_destroy(&e.frame);
-    vd_frame_destroy(&e.perfect);
-    vd_context_destroy(&e.context);
-}
-
-/* So much time passes: both work, and what they say arrives at once. */
-static void pass(double seconds) {
-    for (const double until_s = e.now_s + seconds; e.now_s < until_s; e.now_s += 0.005) {
-        vd_mirror_work(e.mirror, e.now_s);
-        for (vd_packet *p = vd_mirror_take(e.mirror); p != NULL; p = vd_mirror_take(e.mirror)) {
-            if (e.session != NULL) {
-                vd_session_receive(e.session, p->data + VD_PACKET_HEAD, p->bytes, e.now_s);
-            }
-            vd_release(e.context, p);
-        }
-        if (e.session == NULL) {
-            continue;
-        }
-        vd_session_work(e.session, NULL, e.now_s);
-        for (vd_packet *p = vd_session_take(e.session); p != NULL; p = vd_session_take(e.session)) {
-            vd_mirror_receive(e.mirror, p->data + VD_PACKET_HEAD, p->bytes, e.now_s);
-            vd_release(e.context, p);
-        }
-    }
-}
-
-static vd_client_news news(void) {
-    vd_client_news out;
-    vd_mirror_get_news(e.mirror, &out);
-    return out;
-}
-
-/* Draws both and returns the error. */
-static double compare(const vd_camera *camera, vd_client_shown *shown) {
-    assert_ok(vd_mirror_draw(e.mirror, NULL, camera, e.frame, shown));
-    assert_ok(vd_world_renderer_draw(e.scene.renderer, NULL, camera, e.perfect, NULL));
-    return vd_frame_error(e.frame, e.perfect);
+    const vd_mirror_def mirror = {.token = "secret",
+                                  .memory_bytes = memory_bytes,
+                                  .settings = vd_client_def_default().settings};
+    begin_ends(&mirror, WIDTH, HEIGHT, serve);
 }
 
 static void assert_exact(const vd_camera *camera) {

@@ -1,102 +1,33 @@
 /* Models that a client draws itself: chosen and sent by a session, held and drawn by a mirror. */
 #include <stdlib.h>
-#include "remote/mirror.h"
-#include "session_scene.h"
+#include "mirror_ends.h"
 
-typedef struct ends {
-    vd_context *context;
-    session_scene scene;
-    vd_session *session; /* null: only what a test says */
-    vd_mirror *mirror;
-    vd_wire *wire;
-    vd_wire_buffer buffer;
-    vd_frame *frame, *perfect;
-    double now_s;
-    int blocks, places, lights, orders; /* that a session said */
-} ends;
-
-static ends e;
+/* What a session said. */
+static struct { int blocks, places, lights, orders; } said;
 
 /* Near things are near when they are seen sharply. */
 enum { WIDE = 480, HIGH = 352 };
-
-static void begin(size_t memory_bytes, bool serve, bool no_models) {
-    memset(&e, 0, sizeof e);
-    e.now_s = 100.0;
-    e.context = test_context(2, VD_ISA_AUTO);
-    vd_mirror_def mirror = {.memory_bytes = memory_bytes,
-                            .no_models = no_models,
-                            .settings = vd_client_def_default().settings};
-    mirror.settings.quality = 100; /* nothing but where things are is compared */
-    assert_ok(vd_mirror_create(e.context, &mirror, &e.mirror));
-    assert_ok(vd_wire_create(e.context, &e.wire));
-    assert_ok(vd_frame_create(e.context, WIDE, HIGH, 0, &e.frame));
-    assert_ok(vd_frame_create(e.context, WIDE, HIGH, 0, &e.perfect));
-    if (serve) {
-        scene_begin(&e.scene, e.context, NULL);
-        e.scene.def.seed = 1000;
-        assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
-    }
-    vd_mirror_open(e.mirror, e.now_s);
-}
-
-static void end(void) {
-    vd_mirror_destroy(&e.mirror);
-    vd_session_destroy(&e.session);
-    vd_wire_buffer_release(e.context, &e.buffer);
-    vd_wire_destroy(&e.wire);
-    if (e.scene.renderer != NULL) {
-        scene_end(&e.scene, e.context);
-    }
-    vd_frame_destroy(&e.frame);
-    vd_frame_destroy(&e.perfect);
-    vd_context_destroy(&e.context);
-}
 
 static void count(const vd_packet *p) {
     vd_wire_envelope envelope;
     assert_ok(
         vd_wire_decode(e.wire, VD_WIRE_SERVER, p->data + VD_PACKET_HEAD, p->bytes, &envelope));
     for (int i = 0; i < envelope.count; i++) {
-        e.blocks += envelope.messages[i].kind == VD_WIRE_GEOMETRY;
-        e.places += envelope.messages[i].kind == VD_WIRE_INSTANCE;
-        e.lights += envelope.messages[i].kind == VD_WIRE_LIGHT;
-        e.orders += envelope.messages[i].kind == VD_WIRE_ORDER;
+        said.blocks += envelope.messages[i].kind == VD_WIRE_GEOMETRY;
+        said.places += envelope.messages[i].kind == VD_WIRE_INSTANCE;
+        said.lights += envelope.messages[i].kind == VD_WIRE_LIGHT;
+        said.orders += envelope.messages[i].kind == VD_WIRE_ORDER;
     }
 }
 
-/* So much time passes: both work, and what they say arrives at once. */
-static void pass(double seconds) {
-    for (const double until_s = e.now_s + seconds; e.now_s < until_s; e.now_s += 0.005) {
-        vd_mirror_work(e.mirror, e.now_s);
-        for (vd_packet *p = vd_mirror_take(e.mirror); p != NULL; p = vd_mirror_take(e.mirror)) {
-            if (e.session != NULL) {
-                vd_session_receive(e.session, p->data + VD_PACKET_HEAD, p->bytes, e.now_s);
-            }
-            vd_release(e.context, p);
-        }
-        if (e.session == NULL) {
-            continue;
-        }
-        vd_session_work(e.session, NULL, e.now_s);
-        for (vd_packet *p = vd_session_take(e.session); p != NULL; p = vd_session_take(e.session)) {
-            count(p);
-            vd_mirror_receive(e.mirror, p->data + VD_PACKET_HEAD, p->bytes, e.now_s);
-            vd_release(e.context, p);
-        }
-    }
-}
-
-static vd_client_news news(void) {
-    vd_client_news out;
-    vd_mirror_get_news(e.mirror, &out);
-    return out;
-}
-
-static double compare(const vd_camera *camera, vd_client_shown *shown) {
-    assert_ok(vd_mirror_draw(e.mirror, NULL, camera, e.frame, shown));
-    assert_ok(vd_world_renderer_draw(e.scene.renderer, NULL, camera, e.perfect, NULL));
-    return vd_frame_error(e.frame, e.perfect);
+static void begin(size_t memory_bytes, bool serve, bool no_models) {
+    vd_mirror_def mirror = {.memory_bytes = memory_bytes,
+                            .no_models = no_models,
+                            .settings = vd_client_def_default().settings};
+    mirror.settings.quality = 100; /* nothing but where things are is compared */
+    begin_ends(&mirror, WIDE, HIGH, serve);
+    memset(&said, 0, sizeof said);
+    e.said = count;
 }
 
 /* The error of the lower two thirds: the line of the scene, which is far away and in the picture in
@@ -172,13 +103,13 @@ static void near_models_are_drawn_by_the_client(void **state) {
     int models = 0;
     const double without = walk(true, &models);
     assert_int_equal(models, 0);
-    assert_int_equal(e.blocks + e.places + e.lights, 0);
+    assert_int_equal(said.blocks + said.places + said.lights, 0);
     end();
     const double with = walk(false, &models);
     assert_true(models > 0);
-    assert_int_equal(e.blocks, 1); /* once, however many balls there are */
-    assert_int_equal(e.lights, 1);
-    assert_true(e.places >= models && e.places < 60);
+    assert_int_equal(said.blocks, 1); /* once, however many balls there are */
+    assert_int_equal(said.lights, 1);
+    assert_true(said.places >= models && said.places < 60);
     print_message("mean error %.4f with models, %.4f without\n", with, without);
     assert_true(with < 0.7 * without);
     end();
@@ -208,7 +139,7 @@ static void models_are_held_over_a_break(void **state) {
     vd_client_shown shown;
     assert_true(compare(&camera, &shown) < 0.15);
     assert_true(shown.models > 0);
-    assert_int_equal(e.blocks, 1);
+    assert_int_equal(said.blocks, 1);
     vd_mirror_lose(e.mirror, "again");
     vd_session_destroy(&e.session);
     e.scene.def.seed = 500000;
@@ -221,7 +152,7 @@ static void models_are_held_over_a_break(void **state) {
     }
     assert_true(compare(&camera, &shown) < 0.15);
     assert_true(shown.models > 0);
-    assert_int_equal(e.blocks, 2);
+    assert_int_equal(said.blocks, 2);
     assert_true(news().held_bytes <= (size_t)64 << 20);
     end();
 }

@@ -152,17 +152,6 @@ static void make_light(scene *s) {
     put(s, &l->haze_m, sizeof l->haze_m);
 }
 
-static uint64_t hash_frame(const vd_frame *frame) {
-    uint64_t hash = 0xCBF29CE484222325u;
-    for (int y = 0; y < frame->height; y++) {
-        const uint8_t *row = frame->rgba + 4 * frame->stride * (size_t)y;
-        for (int i = 0; i < 4 * frame->width; i++) {
-            hash = (hash ^ row[i]) * 0x100000001B3u;
-        }
-    }
-    return hash;
-}
-
 static vd_camera aim(scene *s, int width, int height) {
     vd_camera c = {.eye = vd_vec3_make(400000.125, 5e6, between(s, -9, 30)),
                    .orientation = vd_orientation_from_angles(between(s, 0, 6), between(s, -1, 1),
@@ -261,7 +250,7 @@ static vd_status draw(scene *s) {
         status = vd_placer_draw(s->placer, NULL, &s->light, &camera, placed + behind,
                                 (int)(count - behind), &window, &second);
     }
-    const uint64_t hash = hash_frame(frame);
+    const uint64_t hash = display_scene_hash(frame);
     put_word(s, (uint32_t)(first + second));
     put_word(s, (uint32_t)hash);
     put_word(s, (uint32_t)(hash >> 32));

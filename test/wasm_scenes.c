@@ -10,17 +10,6 @@
 
 enum { WORDS = 21 };
 
-static uint64_t hash_frame(const vd_frame *frame) {
-    uint64_t hash = 0xCBF29CE484222325u;
-    for (int y = 0; y < frame->height; y++) {
-        const uint8_t *row = frame->rgba + 4 * frame->stride * (size_t)y;
-        for (int i = 0; i < 4 * frame->width; i++) {
-            hash = (hash ^ row[i]) * 0x100000001B3u;
-        }
-    }
-    return hash;
-}
-
 static bool write_scene(FILE *file, const display_scene *scene, uint64_t hash) {
     const uint32_t head[7] = {
         (uint32_t)scene->width,      (uint32_t)scene->height,      scene->background,
@@ -53,7 +42,7 @@ static vd_status draw_scene(vd_context *context, vd_display *display, const disp
         memcpy(frame->rgba + 4 * i, &scene->background, 4);
     }
     status = vd_display_draw(display, NULL, frame, scene->quads, scene->quad_count, NULL);
-    *hash = hash_frame(frame);
+    *hash = display_scene_hash(frame);
     vd_frame_destroy(&frame);
     return status;
 }

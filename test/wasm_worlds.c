@@ -116,17 +116,6 @@ static void shuffle(world *w) {
     put(w, w->order, 4 * w->shown);
 }
 
-static uint64_t hash_frame(const vd_frame *frame) {
-    uint64_t hash = 0xCBF29CE484222325u;
-    for (int y = 0; y < frame->height; y++) {
-        const uint8_t *row = frame->rgba + 4 * frame->stride * (size_t)y;
-        for (int i = 0; i < 4 * frame->width; i++) {
-            hash = (hash ^ row[i]) * 0x100000001B3u;
-        }
-    }
-    return hash;
-}
-
 static vd_camera aim(world *w, int width, int height) {
     const double degree = 3.14159265358979323846 / 180.0;
     double n[8] = {400000.125 + between(w, -60, 60),
@@ -175,7 +164,7 @@ static vd_status draw(world *w, vd_context *context, vd_display *display) {
             memcpy(frame->rgba + 4 * i, &background, 4);
         }
         status = vd_display_draw(display, NULL, frame, quads, count, &def);
-        const uint64_t hash = hash_frame(frame);
+        const uint64_t hash = display_scene_hash(frame);
         put_word(w, (uint32_t)count);
         put_word(w, (uint32_t)hash);
         put_word(w, (uint32_t)(hash >> 32));
