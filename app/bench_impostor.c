@@ -213,6 +213,16 @@ static vd_status fly(bench_run *run, bench_forest *w, const vd_impostor_def *def
     return status;
 }
 
+static bench_result result_of(const bench_case *self, const char *method, const bench_forest *w,
+                              const vd_frame *frame) {
+    bench_result result = bench_result_of(self, method);
+    result.threads = vd_context_threads(w->s.context);
+    result.isa = vd_context_isa(w->s.context);
+    result.width = frame->width;
+    result.height = frame->height;
+    return result;
+}
+
 /* ---- extremes ---------------------------------------------------------------------------------*/
 
 #define LINK_BYTES_PER_S 10e6
@@ -298,11 +308,7 @@ static vd_status measure_extremes(bench_run *run, const bench_case *self, bench_
         def.most_px = ways[i].most_px;
         def.least_reuse = ways[i].least_reuse;
         def.budget_s = 1.0; /* all that are wanted */
-        bench_result result = bench_result_of(self, ways[i].method);
-        result.threads = vd_context_threads(w->s.context);
-        result.isa = vd_context_isa(w->s.context);
-        result.width = frame->width;
-        result.height = frame->height;
+        bench_result result = result_of(self, ways[i].method, w, frame);
         flight f;
         status = fly(run, w, &def, frame, true, &result, &f);
         if (status.code == VD_OK) {
@@ -310,11 +316,7 @@ static vd_status measure_extremes(bench_run *run, const bench_case *self, bench_
             status = bench_add(run, &result);
         }
     }
-    bench_result result = bench_result_of(self, "planes");
-    result.threads = vd_context_threads(w->s.context);
-    result.isa = vd_context_isa(w->s.context);
-    result.width = frame->width;
-    result.height = frame->height;
+    bench_result result = result_of(self, "planes", w, frame);
     return status.code == VD_OK ? measure_planes(run, w, frame, &result) : status;
 }
 
@@ -326,11 +328,7 @@ static vd_status measure_path(bench_run *run, const bench_case *self, bench_fore
     vd_impostor_def def = vd_impostor_def_default();
     def.remote = true;
     def.link_bytes_per_s = LINK_BYTES_PER_S;
-    bench_result result = bench_result_of(self, "update and show");
-    result.threads = vd_context_threads(w->s.context);
-    result.isa = vd_context_isa(w->s.context);
-    result.width = frame->width;
-    result.height = frame->height;
+    bench_result result = result_of(self, "update and show", w, frame);
     result.target_fps = bench_target_fps(self, result.isa, result.threads);
     flight f;
     const vd_status status = fly(run, w, &def, frame, false, &result, &f);

@@ -1,31 +1,11 @@
 // models.mjs WASM MODELS: draws the models of test/wasm_models.c in WebAssembly, over and under a picture,
 // and compares the hashes of frames with the native ones; then gives it blocks that are damaged.
-import { readFileSync } from 'node:fs';
+import { fail, hashFrame, load, reader } from './support.mjs';
 
 const [wasmPath, modelsPath] = process.argv.slice(2);
-const { instance } = await WebAssembly.instantiate(readFileSync(wasmPath), {});
-const wasm = instance.exports;
-const file = readFileSync(modelsPath);
-const view = new DataView(file.buffer, file.byteOffset, file.length);
+const wasm = await load(wasmPath);
+const { word, doubles, bytes: bytesOf } = reader(modelsPath);
 const BACKGROUND = 0xff306090, INSTANCES = 0x80000000, ARENA = 24 << 20;
-let at = 0;
-const word = () => view.getUint32((at += 4) - 4, true);
-const double = () => view.getFloat64((at += 8) - 8, true);
-const doubles = (count) => Array.from({ length: count }, double);
-const bytesOf = (count) => file.subarray(at, at += count);
-
-function hash(bytes) {
-    let h = 0xcbf29ce484222325n;
-    for (const byte of bytes) {
-        h = BigInt.asUintN(64, (h ^ BigInt(byte)) * 0x100000001b3n);
-    }
-    return h;
-}
-
-function fail(text) {
-    console.error(text);
-    process.exit(1);
-}
 
 function write(address, values) {
     const memory = new DataView(wasm.memory.buffer);
@@ -86,12 +66,7 @@ for (let frame = 0; frame < frames; frame++) {
     ordered.forEach((n, i) => memory.setUint32(order + 4 * i, n, true));
     const drawn = wasm.vd_wasm_scene_draw(camera, rgba, width, height, stride, ordered.length, 0);
     milliseconds += performance.now() - start;
-    const bytes = new Uint8Array(wasm.memory.buffer);
-    const rows = [];
-    for (let row = 0; row < height; row++) {
-        rows.push(bytes.slice(rgba + 4 * stride * row, rgba + 4 * (stride * row + width)));
-    }
-    const got = hash(Buffer.concat(rows));
+    const got = hashFrame(wasm.memory, rgba, width, height, stride);
     const placed = word(), low = word(), high = word();
     if (drawn !== placed + 1 || got !== ((BigInt(high) << 32n) | BigInt(low))) {
         fail(`frame ${frame} (${width}x${height}, ${count} instances): ${drawn} drawn of ` +

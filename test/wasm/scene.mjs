@@ -1,30 +1,11 @@
 // scene.mjs WASM WORLDS: keeps the pictures of test/wasm_worlds.c in a scene in WebAssembly, whose heap is
 // too small to be careless with, and compares cameras and the hashes of frames with the native ones.
-import { readFileSync } from 'node:fs';
+import { fail, hashFrame, load, reader } from './support.mjs';
 
 const [wasmPath, worldsPath] = process.argv.slice(2);
-const { instance } = await WebAssembly.instantiate(readFileSync(wasmPath), {});
-const wasm = instance.exports;
-const file = readFileSync(worldsPath);
-const view = new DataView(file.buffer, file.byteOffset, file.length);
+const wasm = await load(wasmPath);
+const { word, doubles, bytes: bytesOf } = reader(worldsPath);
 const BACKGROUND = 0xff306090;
-let at = 0;
-const word = () => view.getUint32((at += 4) - 4, true);
-const double = () => view.getFloat64((at += 8) - 8, true);
-const doubles = (count) => Array.from({ length: count }, double);
-
-function hash(bytes) {
-    let h = 0xcbf29ce484222325n;
-    for (const byte of bytes) {
-        h = BigInt.asUintN(64, (h ^ BigInt(byte)) * 0x100000001b3n);
-    }
-    return h;
-}
-
-function fail(text) {
-    console.error(text);
-    process.exit(1);
-}
 
 const frames = word(), slots = word(), heap = word();
 const order = wasm.vd_wasm_scene_create(slots, heap);
@@ -50,8 +31,7 @@ for (let frame = 0; frame < frames; frame++) {
                  `${wasm.vd_wasm_scene_bytes()} of ${heap} bytes are used`);
         }
         wasm.vd_wasm_scene_place(slot, place, place + 96);
-        new Uint8Array(wasm.memory.buffer).set(file.subarray(at, at + 4 * width * height), pixels);
-        at += 4 * width * height;
+        new Uint8Array(wasm.memory.buffer).set(bytesOf(4 * width * height), pixels);
         moved += addresses.get(slot) === pixels ? 0 : 1;
         addresses.set(slot, pixels);
     }
@@ -75,12 +55,7 @@ for (let frame = 0; frame < frames; frame++) {
     });
     wasm.vd_wasm_fill(rgba, height, stride, BACKGROUND);
     const drawn = wasm.vd_wasm_scene_draw(camera, rgba, width, height, stride, count, 0);
-    const bytes = new Uint8Array(wasm.memory.buffer);
-    const rows = [];
-    for (let row = 0; row < height; row++) {
-        rows.push(bytes.slice(rgba + 4 * stride * row, rgba + 4 * (stride * row + width)));
-    }
-    const got = hash(Buffer.concat(rows));
+    const got = hashFrame(wasm.memory, rgba, width, height, stride);
     const placed = word(), low = word(), high = word();
     if (drawn !== placed || got !== ((BigInt(high) << 32n) | BigInt(low))) {
         fail(`frame ${frame} (${width}x${height}, ${count} shown): ${drawn} drawn of ${placed}, ` +
