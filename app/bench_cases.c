@@ -231,6 +231,8 @@ const bench_case *bench_case_at(int index) {
          bench_impostor_extremes, .width = 1280, .rows = 720, .camera = &glacier},
         {"impostor-path", "world-forest in flight, pictures drawn elsewhere, over 10 MB/s",
          bench_impostor_path, .width = 1280, .rows = 720, .camera = &glacier, .target_fps = 60},
+        {"impostor-window", "the same flight in time, pictures drawn in the frame and beside it",
+         bench_impostor_window, .width = 1280, .rows = 720, .camera = &glacier, .target_fps = 60},
         {"codec-tree", "a tree packed by every codec: encode, decode, bytes, links",
          bench_codec_tree, 128, 128, .sweep = &codec_side, .published = lawlor_codecs},
         {"codec-building", "a building, the same", bench_codec_building, 128, 128,
@@ -288,7 +290,8 @@ const bench_group *bench_group_at(int index) {
         {"coverage", "vector paths with exact edges, beside a plain loop",
          "coverage-large coverage-small coverage-crossing coverage-curves coverage-strokes"},
         {"impostor", "impostors: deciding, grain, extremes, a flight, and quads",
-         "impostor-decide impostor-grain impostor-extremes impostor-path quads quad-sides"},
+         "impostor-decide impostor-grain impostor-extremes impostor-path impostor-window quads "
+         "quad-sides"},
         {"codec", "pictures packed for the wire", "codec-tree codec-building codec-particles"},
         {"served", "everything about serving",
          "remote remote-answer remote-clients remote-messages codec"},

@@ -10,6 +10,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 enum { MOST_FRAMES = 1000 };
 
@@ -338,6 +339,63 @@ static vd_status measure_path(bench_run *run, const bench_case *self, bench_fore
     return status.code == VD_OK ? bench_add(run, &result) : status;
 }
 
+/* ---- as in a window ---------------------------------------------------------------------------*/
+
+/* Frames as a window shows them, at most 60 a second by the clock, from the first on, when nothing
+ * has a picture yet. */
+static vd_status show_in_time(bench_run *run, bench_forest *w, vd_frame *frame, bool background,
+                              bench_result *result) {
+    static double times_ms[MOST_FRAMES];
+    const int frames = run->repeat > 0 ? run->repeat : run->quick ? 3 : BENCH_FLIGHT;
+    const double interval_ms = 1e3 / RATE_HZ;
+    vd_impostor_def def = vd_impostor_def_default();
+    def.background = background;
+    vd_impostors *impostors = NULL;
+    vd_impostor_stats stats = {.shown = 0};
+    double wrong_px = 0.0;
+    int late = 0;
+    bench_say(run, result);
+    vd_status status = vd_impostors_create(w->s.context, w->world, w->renderer, &def, &impostors);
+    const double begin_ms = bench_wall_ms();
+    for (int i = 0; i < frames && status.code == VD_OK; i++) {
+        const double start_ms = bench_wall_ms() - begin_ms;
+        const vd_camera camera = bench_forest_camera(w, (int)(start_ms / interval_ms));
+        status = vd_impostors_update(impostors, NULL, &camera, frame->width, frame->height,
+                                     1e-3 * start_ms, NULL);
+        if (status.code == VD_OK) {
+            status = vd_impostors_draw(impostors, NULL, &camera, frame, &stats);
+        }
+        const double end_ms = bench_wall_ms() - begin_ms;
+        times_ms[i] = end_ms - start_ms;
+        late += times_ms[i] > interval_ms;
+        wrong_px += stats.error_px / frames;
+        const double next_ms = interval_ms * ceil(end_ms / interval_ms);
+        const struct timespec rest = {0, (long)(1e6 * (next_ms - end_ms))};
+        (void)nanosleep(&rest, NULL);
+    }
+    const double seconds = 1e-3 * (bench_wall_ms() - begin_ms);
+    vd_impostors_destroy(&impostors);
+    if (status.code == VD_OK) {
+        bench_summarize(times_ms, frames, result);
+        snprintf(result->note, sizeof result->note,
+                 "%.1f frames/s, %d of %d longer than 1/60 s; %.1f up/s, error %.2f px",
+                 frames / seconds, late, frames, (double)stats.uploads / seconds, wrong_px);
+    }
+    return status;
+}
+
+static vd_status measure_window(bench_run *run, const bench_case *self, bench_forest *w,
+                                vd_frame *frame) {
+    vd_status status = vd_success();
+    for (int i = 0; i < 2 && status.code == VD_OK; i++) {
+        bench_result result = result_of(self, i == 0 ? "in the frame" : "background", w, frame);
+        result.target_fps = bench_target_fps(self, result.isa, result.threads);
+        status = show_in_time(run, w, frame, i == 1, &result);
+        status = status.code == VD_OK ? bench_add(run, &result) : status;
+    }
+    return status;
+}
+
 typedef vd_status measure_flight(bench_run *run, const bench_case *self, bench_forest *w,
                                  vd_frame *frame);
 
@@ -372,4 +430,8 @@ vd_status bench_impostor_extremes(bench_run *run, const bench_case *self) {
 
 vd_status bench_impostor_path(bench_run *run, const bench_case *self) {
     return for_each_level(run, self, measure_path);
+}
+
+vd_status bench_impostor_window(bench_run *run, const bench_case *self) {
+    return for_each_level(run, self, measure_window);
 }

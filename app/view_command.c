@@ -204,6 +204,7 @@ static vd_status read_impostors(const vd_options *options, const vd_render_setti
     out->samples = settings->samples;
     out->show = settings->show;
     out->settle = false;
+    out->background = true;
     if (!settings->impostors && vd_options_given(options, VIEW_BUDGET)) {
         return vd_failure(VD_ERROR_ARGUMENT, "--budget is about impostors, and there are none; add "
                                              "--impostors, or leave it out");

@@ -51,7 +51,10 @@ static vd_status draw_impostors(world *w, vd_job *job, const vd_camera *camera,
         status = vd_impostors_update(w->impostors, job, camera, frame->width, frame->height,
                                      vd_seconds_now(), &w->stats);
         again = way->quality == VD_WINDOW_STILL && !(way->frozen && !fresh) &&
-                (w->stats.drawn > 0 || w->stats.waiting > 0);
+                (w->stats.drawn > 0 || w->stats.waiting > 0 || w->stats.in_flight > 0);
+        if (again) {
+            vd_impostors_wait(w->impostors);
+        }
     }
     return status.code == VD_OK ? vd_impostors_draw(w->impostors, job, camera, frame, &w->stats)
                                 : status;

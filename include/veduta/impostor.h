@@ -76,10 +76,14 @@ typedef struct vd_impostor_def {
                                 and returns its bytes on the way, 0: width × height × 4. Null: none
                                 is packed */
     void *pack_user;
-    bool remote;   /* pictures are drawn by another machine, at the far end of the link: an update
-                      does not wait for them, they come on after as long as drawing them took, and
-                      while it draws it is asked for no others */
-    bool no_reuse; /* every update wishes for every picture anew (table 5.4) */
+    bool remote;     /* pictures are drawn by another machine, at the far end of the link: an update
+                        does not wait for them, they come on after as long as drawing them took, and
+                        while it draws it is asked for no others */
+    bool background; /* pictures are drawn by a thread beside, with half of the context's threads
+                        and a renderer of its own: an update waits for none. It spends `budget_s`
+                        between two updates, once begun a picture is finished. Not with a link,
+                        `ship`, a pool, `no_reuse` or `budget_pixels`; the world must not change */
+    bool no_reuse;   /* every update wishes for every picture anew (table 5.4) */
     bool settle; /* while the camera rests and nothing waits, the whole is one picture aligned with
                     the screen, as vd_world_renderer_draw makes it */
     vd_impostor_show show;
@@ -116,7 +120,7 @@ typedef struct vd_impostor_stats {
     uint64_t uploads, bytes_sent; /* pictures that have come, over the link where there is one, and
                                      their bytes on the way: all in all */
     uint64_t pixels_sent;         /* theirs: all in all */
-    uint64_t in_flight;           /* pictures on the link */
+    uint64_t in_flight;           /* pictures on the link, or being drawn in the background */
     double error_px;              /* the greatest screen error of what is shown */
     double decide_s, draw_s, direct_s, show_s; /* wall seconds of the last update and picture */
 } vd_impostor_stats;
@@ -145,6 +149,10 @@ VD_API void vd_impostors_destroy(vd_impostors **impostors);
 VD_API VD_MUST_USE vd_status vd_impostors_update(vd_impostors *impostors, vd_job *job,
                                                  const vd_camera *camera, int width, int height,
                                                  double time_s, vd_impostor_stats *stats);
+
+/* With `background`: waits until a picture of those that the last update asked for has been drawn,
+ * for the next one to show; at once when none is being drawn. */
+VD_API void vd_impostors_wait(vd_impostors *impostors);
 
 /* Shows what the last update decided, from a camera that may have moved on: patches of the ground,
  * back to front; what is drawn itself over them; then pictures of objects, back to front, tested

@@ -25,14 +25,10 @@ void vd_impostor_fail(vd_impostors *set, vd_impostor_slot *slot) {
     set->stats.failed++;
 }
 
-static bool is_fatal(const vd_status *status) {
-    return status->code == VD_ERROR_MEMORY || status->code == VD_ERROR_CANCELLED;
-}
-
 /* Each alone, in a frame of the same size: a smaller one might leave out what is broken. */
 vd_status vd_impostors_set_aside(vd_impostors *set, vd_job *job, const vd_camera *camera,
                                  const vd_frame *frame, vd_status because) {
-    if (is_fatal(&because)) {
+    if (vd_impostor_is_fatal(&because)) {
         return because;
     }
     vd_frame *alone = NULL;
@@ -44,7 +40,7 @@ vd_status vd_impostors_set_aside(vd_impostors *set, vd_job *job, const vd_camera
         const vd_status drawn = vd_world_renderer_draw_object(
             set->renderer, job, camera, set->world->nodes[node].id, alone, NULL);
         vd_impostor_slot *slot = NULL;
-        if (is_fatal(&drawn)) {
+        if (vd_impostor_is_fatal(&drawn)) {
             status = drawn;
         } else if (drawn.code != VD_OK) {
             slot = vd_impostor_slot_of(set, node);

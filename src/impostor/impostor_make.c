@@ -46,8 +46,8 @@ static void keep_side(int side, int *first, int *end) {
 
 /* Copies what is on the canvas, without the transparent margins that bounds have around what they
  * bound; rgba stays null when memory is out. */
-static void take_picture(vd_impostors *set, vd_impostor_picture *made) {
-    const vd_frame *c = set->scratch->canvas;
+static void take_picture(const vd_impostor_brush *brush, vd_impostor_picture *made) {
+    const vd_frame *c = *brush->canvas;
     int x0, y0, x1, y1;
     made->empty = !find_content(c, &x0, &y0, &x1, &y1);
     if (made->empty) {
@@ -65,7 +65,7 @@ static void take_picture(vd_impostors *set, vd_impostor_picture *made) {
     made->width = x1 - x0;
     made->height = y1 - y0;
     const size_t row = (size_t)made->width * 4;
-    made->rgba = vd_allocate(set->context, (size_t)made->height, row);
+    made->rgba = vd_allocate(brush->pictures, (size_t)made->height, row);
     for (int y = 0; y < made->height && made->rgba != NULL; y++) {
         const size_t from = (size_t)(y0 + y) * c->stride + (size_t)x0;
         memcpy(made->rgba + (size_t)y * row, c->rgba + 4 * from, row);
@@ -124,32 +124,6 @@ static vd_cells cells_under(const vd_impostors *set, uint32_t node) {
     return in;
 }
 
-static vd_status draw_node(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
-                           const vd_camera *camera, const vd_impostor_plane *plane, uint32_t node) {
-    vd_pass pass;
-    vd_world_stats stats = {.objects = 0};
-    if (!vd_impostor_is_patch(set, node) && set->ground.count > 0 &&
-        set->world->nodes[node].grounded) {
-        const vd_cells under = cells_under(set, node);
-        const vd_terrain_window window = vd_cells_window(&under);
-        const vd_world_part part = {
-            .ground = &window, .from = &set->world->nodes[node], .mask = true};
-        return vd_world_draw_part(set->renderer, job, camera, &part, set->scratch->canvas, &pass,
-                                  &stats);
-    }
-    if (!vd_impostor_is_patch(set, node)) {
-        return vd_world_renderer_draw_object(set->renderer, job, camera, set->world->nodes[node].id,
-                                             set->scratch->canvas, NULL);
-    }
-    const vd_cells standing = vd_ground_cells(&set->ground, vd_impostor_patch(set, node));
-    vd_cells cells = standing;
-    add_skirt(set, view, plane, &cells);
-    const vd_terrain_window window = vd_cells_window(&cells);
-    const vd_world_part part = {.ground = &window, .standing = &standing};
-    return vd_world_draw_part(set->renderer, job, camera, &part, set->scratch->canvas, &pass,
-                              &stats);
-}
-
 /* The plane of a node's picture: the best one, or where that cannot be one that faces the eye. */
 static bool fit_plane(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
                       vd_impostor_plane *out) {
@@ -161,9 +135,88 @@ static bool fit_plane(const vd_impostors *set, const vd_impostor_view *view, uin
             vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), points, count, out));
 }
 
+bool vd_impostors_draft(vd_impostors *set, const vd_impostor_view *view,
+                        const vd_impostor_slot *slot, vd_impostor_draft *out) {
+    *out = (vd_impostor_draft){.node = slot->node, .status = vd_success()};
+    vd_impostor_picture *made = &out->picture;
+    made->focal_px = view->focal_px * view->detail;
+    if (!fit_plane(set, view, slot->node, &made->plane)) {
+        return false;
+    }
+    const double *e = made->plane.extent;
+    made->width = side_of(e[2] - e[0], &made->plane, made->focal_px);
+    made->height = side_of(e[3] - e[1], &made->plane, made->focal_px);
+    made->version = ++set->versions;
+    const double away =
+        vd_vec3_dot(vd_vec3_subtract(view->eye, made->plane.origin), made->plane.normal);
+    const double nearest = 0.2 * away; /* key points are farther: vd_impostor_plane_fit */
+    out->camera = vd_impostor_plane_camera(&made->plane, made->width, made->height, VD_IMPOSTOR_PAD,
+                                           fmax(nearest, 1e-3));
+    if (vd_impostor_is_patch(set, slot->node)) {
+        out->of = VD_DRAFT_PATCH;
+        out->standing = vd_ground_cells(&set->ground, vd_impostor_patch(set, slot->node));
+        out->ground = out->standing;
+        add_skirt(set, view, &made->plane, &out->ground);
+        made->sides = vd_impostor_sides(view, &out->standing);
+    } else if (set->ground.count > 0 && set->world->nodes[slot->node].grounded) {
+        out->of = VD_DRAFT_GROUNDED;
+        out->ground = cells_under(set, slot->node);
+    }
+    return vd_camera_validate(&out->camera).code == VD_OK; /* without a side there is no lens */
+}
+
+static vd_status draw_node(vd_world_renderer *renderer, vd_job *job, const vd_impostor_draft *draft,
+                           vd_frame *canvas) {
+    const vd_node *node = renderer->world->nodes + draft->node; /* unless it is a patch */
+    if (draft->of == VD_DRAFT_LOOSE) {
+        return vd_world_renderer_draw_object(renderer, job, &draft->camera, node->id, canvas, NULL);
+    }
+    const vd_terrain_window window = vd_cells_window(&draft->ground);
+    vd_world_part part = {.ground = &window};
+    if (draft->of == VD_DRAFT_PATCH) {
+        part.standing = &draft->standing;
+    } else {
+        part.from = node;
+        part.mask = true;
+    }
+    vd_pass pass;
+    vd_world_stats stats = {.objects = 0};
+    return vd_world_draw_part(renderer, job, &draft->camera, &part, canvas, &pass, &stats);
+}
+
+void vd_impostor_paint(const vd_impostor_brush *brush, vd_job *job, vd_impostor_draft *draft) {
+    vd_impostor_picture *made = &draft->picture;
+    const int samples = brush->renderer->samples;
+    vd_status status = vd_frame_fit(brush->context, made->width, made->height, 0, brush->canvas,
+                                    brush->canvas_pixels);
+    if (status.code == VD_OK) {
+        status = vd_world_renderer_set_samples(brush->renderer, brush->samples);
+    }
+    if (status.code == VD_OK) {
+        status = draw_node(brush->renderer, job, draft, *brush->canvas);
+        const vd_status back = vd_world_renderer_set_samples(brush->renderer, samples);
+        status = status.code == VD_OK ? back : status;
+    }
+    draft->status = status;
+    if (status.code != VD_OK) {
+        return;
+    }
+    take_picture(brush, made);
+    if (made->rgba == NULL) {
+        draft->status =
+            vd_out_of_memory("an impostor", (size_t)made->width * (size_t)made->height * 4);
+        return;
+    }
+    vd_quad_picture shown = {.rgba = made->rgba,
+                             .width = made->width,
+                             .height = made->height,
+                             .stride = (size_t)made->width};
+    vd_quad_picture_find_opaque(&shown);
+    memcpy(made->opaque, shown.opaque, sizeof made->opaque);
+}
+
 /* Hands a picture over that the set now has. */
 static vd_status keep(vd_impostors *set, vd_impostor_slot *slot, vd_impostor_picture *made) {
-    made->version = ++set->versions;
     set->stats.pictures++;
     set->bytes += (size_t)made->width * (size_t)made->height * 4;
     return vd_impostors_take(set, slot, made);
@@ -173,8 +226,12 @@ vd_status vd_impostors_share(vd_impostors *set, const vd_impostor_view *view,
                              vd_impostor_slot *slot, bool *shared) {
     vd_impostor_picture found;
     *shared = !slot->changed && vd_impostor_pool_get(set, view, slot->node, &found);
-    set->stats.shared += *shared;
-    return *shared ? keep(set, slot, &found) : vd_success();
+    if (!*shared) {
+        return vd_success();
+    }
+    set->stats.shared++;
+    found.version = ++set->versions;
+    return keep(set, slot, &found);
 }
 
 /* How fast it is believed what packing saves. */
@@ -192,61 +249,36 @@ static void pack(vd_impostors *set, vd_impostor_picture *made) {
     }
 }
 
+vd_status vd_impostors_hang(vd_impostors *set, vd_impostor_draft *draft) {
+    vd_impostor_slot *slot = vd_impostor_slot_at(set, set->slot_of[draft->node] - 1);
+    vd_impostor_picture *made = &draft->picture;
+    if (vd_impostor_is_fatal(&draft->status)) {
+        return draft->status;
+    }
+    if (draft->status.code != VD_OK) {
+        vd_impostor_fail(set, slot);
+        return vd_success();
+    }
+    pack(set, made);
+    set->stats.drawn++;
+    set->stats.pixels_drawn += (uint64_t)made->width * (uint64_t)made->height;
+    vd_impostor_pool_put(set, slot->node, made);
+    return keep(set, slot, made);
+}
+
 vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_view *view,
                             vd_impostor_slot *slot) {
-    vd_impostor_picture made = {.focal_px = view->focal_px * view->detail};
-    if (!fit_plane(set, view, slot->node, &made.plane)) {
+    vd_impostor_draft draft;
+    if (!vd_impostors_draft(set, view, slot, &draft)) {
         vd_impostor_fail(set, slot);
         return vd_success();
     }
-    const double *e = made.plane.extent;
-    made.width = side_of(e[2] - e[0], &made.plane, made.focal_px);
-    made.height = side_of(e[3] - e[1], &made.plane, made.focal_px);
-    vd_status status = vd_frame_fit(set->context, made.width, made.height, 0, &set->scratch->canvas,
-                                    &set->scratch->canvas_pixels);
-    if (status.code != VD_OK) {
-        return status;
-    }
-    const double away =
-        vd_vec3_dot(vd_vec3_subtract(view->eye, made.plane.origin), made.plane.normal);
-    const double nearest = 0.2 * away; /* key points are farther: vd_impostor_plane_fit */
-    const vd_camera camera = vd_impostor_plane_camera(&made.plane, made.width, made.height,
-                                                      VD_IMPOSTOR_PAD, fmax(nearest, 1e-3));
-    const int samples = set->renderer->samples;
-    status = vd_world_renderer_set_samples(set->renderer, set->def.samples);
-    if (status.code == VD_OK) { /* a rectangle without a side has no lens */
-        status = vd_camera_validate(&camera);
-    }
-    if (status.code == VD_OK) {
-        status = draw_node(set, job, view, &camera, &made.plane, slot->node);
-    }
-    const vd_status back = vd_world_renderer_set_samples(set->renderer, samples);
-    if (status.code == VD_ERROR_CANCELLED || back.code != VD_OK) {
-        return status.code == VD_ERROR_CANCELLED ? status : back;
-    }
-    if (status.code != VD_OK) {
-        vd_impostor_fail(set, slot);
-        return vd_success();
-    }
-    if (vd_impostor_is_patch(set, slot->node)) {
-        const vd_cells cells = vd_ground_cells(&set->ground, vd_impostor_patch(set, slot->node));
-        made.sides = vd_impostor_sides(view, &cells);
-    }
-    take_picture(set, &made);
-    if (made.rgba == NULL) {
-        return vd_out_of_memory("an impostor", (size_t)made.width * (size_t)made.height * 4);
-    }
-    pack(set, &made);
-    vd_quad_picture shown = {.rgba = made.rgba,
-                             .width = made.width,
-                             .height = made.height,
-                             .stride = (size_t)made.width};
-    vd_quad_picture_find_opaque(&shown);
-    for (int i = 0; i < 4; i++) {
-        made.opaque[i] = shown.opaque[i];
-    }
-    set->stats.drawn++;
-    set->stats.pixels_drawn += (uint64_t)made.width * (uint64_t)made.height;
-    vd_impostor_pool_put(set, slot->node, &made);
-    return keep(set, slot, &made);
+    const vd_impostor_brush brush = {.context = set->context,
+                                     .pictures = set->context,
+                                     .renderer = set->renderer,
+                                     .samples = set->def.samples,
+                                     .canvas = &set->scratch->canvas,
+                                     .canvas_pixels = &set->scratch->canvas_pixels};
+    vd_impostor_paint(&brush, job, &draft);
+    return vd_impostors_hang(set, &draft);
 }

@@ -22,6 +22,9 @@
 /* A picture whose pixels several sets may have; see impostor_pool.h. */
 typedef struct vd_pooled vd_pooled;
 
+/* A thread that draws pictures; see impostor_painter.h. */
+typedef struct vd_impostor_painter vd_impostor_painter;
+
 /* A picture on a plane. */
 typedef struct vd_impostor_picture {
     vd_impostor_plane plane;
@@ -181,6 +184,8 @@ struct vd_impostors {
     double packed_share;           /* of their bytes that pictures take on the link, lately */
     double link_free_s;            /* when the last of them has left */
     double remote_free_s;          /* when the far end has drawn what it was asked for */
+    vd_impostor_painter *painter;  /* `background`; else null */
+    size_t painting;               /* pictures that it was asked for and that have not come */
     uint64_t draws_since_ns;       /* when the last update began to draw */
     bool has_still;       /* drawn for the camera that rests; see vd_impostors_still_frame */
     double still_s;       /* when it comes */
@@ -321,7 +326,51 @@ double vd_impostor_parallax(const vd_impostors *set, const vd_impostor_view *vie
 void vd_impostor_ranks_sort(vd_impostor_rank *ranks, vd_impostor_rank *room, size_t count);
 VD_MUST_USE vd_status vd_impostors_sort_shown(vd_impostors *set);
 
-/* Draws the picture of a slot. A drawing that fails is counted, and is no failure of the call;
+/* What no other try can mend. */
+static inline bool vd_impostor_is_fatal(const vd_status *status) {
+    return status->code == VD_ERROR_MEMORY || status->code == VD_ERROR_CANCELLED;
+}
+
+/* ---- impostor_make.c: drawing a picture, in three steps, of which a thread can do the second ---
+ */
+
+typedef enum vd_draft_of {
+    VD_DRAFT_LOOSE = 0, /* a thing alone */
+    VD_DRAFT_GROUNDED,  /* a thing, without what of it is in the ground */
+    VD_DRAFT_PATCH
+} vd_draft_of;
+
+/* A picture to be drawn, and when it was, the picture. */
+typedef struct vd_impostor_draft {
+    uint32_t node;
+    vd_draft_of of;
+    vd_cells ground;   /* that is drawn, or hides */
+    vd_cells standing; /* of a patch: where what is drawn stands */
+    vd_camera camera;
+    vd_impostor_picture picture; /* its plane and size as they will be drawn, before margins go */
+    vd_status status;
+} vd_impostor_draft;
+
+/* What draws it. */
+typedef struct vd_impostor_brush {
+    vd_context *context, *pictures; /* that its frames, and pictures, are allocated from */
+    vd_world_renderer *renderer;
+    int samples;
+    vd_frame **canvas;
+    size_t *canvas_pixels;
+} vd_impostor_brush;
+
+/* Decides how a slot's picture is drawn; false when it cannot be. */
+bool vd_impostors_draft(vd_impostors *set, const vd_impostor_view *view,
+                        const vd_impostor_slot *slot, vd_impostor_draft *out);
+
+/* Draws it; how that went is told by its status. Looks at nothing of a set. */
+void vd_impostor_paint(const vd_impostor_brush *brush, vd_job *job, vd_impostor_draft *draft);
+
+/* The set has what was drawn, or counts a failure. Returns as vd_impostors_make. */
+VD_MUST_USE vd_status vd_impostors_hang(vd_impostors *set, vd_impostor_draft *draft);
+
+/* All three. A drawing that fails is counted, and is no failure of the call;
  * returns VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
 VD_MUST_USE vd_status vd_impostors_make(vd_impostors *set, vd_job *job,
                                         const vd_impostor_view *view, vd_impostor_slot *slot);

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "core/core.h"
+#include "impostor/impostor_painter.h"
 #include "impostor/impostor_pool.h"
 
 vd_impostor_def vd_impostor_def_default(void) {
@@ -60,6 +61,12 @@ static vd_status check(const vd_impostor_def *def) {
                               : "impostors for a client have no simulated link and no fading; "
                                 "leave link_bytes_per_s and fade_s at 0");
     }
+    if (def->background && (def->link_bytes_per_s > 0.0 || def->ship || def->pool != NULL ||
+                            def->no_reuse || def->budget_pixels > 0)) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "impostors that are drawn in the background come when they are done: "
+                          "leave link_bytes_per_s, ship, pool, no_reuse and budget_pixels out");
+    }
     return vd_success();
 }
 
@@ -115,6 +122,9 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
         set->slot_of = vd_allocate_zero(context, nodes, sizeof *set->slot_of);
         made = set->slot_of != NULL ? vd_display_create(context, &set->display)
                                     : vd_out_of_memory("impostors", nodes * sizeof(uint32_t));
+    }
+    if (made.code == VD_OK && used.background) {
+        made = vd_impostor_painter_create(set, &set->painter);
     }
     if (made.code != VD_OK) {
         vd_impostors_destroy(&set);
@@ -172,6 +182,7 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     if (set == NULL) {
         return;
     }
+    vd_impostor_painter_destroy(set->context, &set->painter);
     for (uint32_t i = 0; i < set->slots.count; i++) {
         vd_impostor_release(set, &vd_impostor_slot_at(set, i)->now);
         vd_impostor_release(set, &vd_impostor_slot_at(set, i)->before);
@@ -294,6 +305,10 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
     if (set->wishes.count > 1) {
         qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
     }
+    if (set->painter != NULL) {
+        vd_impostors_ask_painter(set, view, spent->most_s);
+        return status;
+    }
     size_t i = 0, shared = 0, late = 0;
     const bool busy = set->def.remote && set->time_s < set->remote_free_s;
     for (; i < set->wishes.count && status.code == VD_OK; i++) {
@@ -411,8 +426,11 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     set->stats.drawn = 0;
     vd_impostors_follow(set, camera, time_s);
     vd_impostors_receive(set);
+    if (set->painter != NULL) {
+        status = vd_impostors_collect(set);
+    }
     vd_impostor_view view = vd_impostors_view(set, camera, width, height);
-    if (set->stats.shown > LEAST_HIDDEN) {
+    if (status.code == VD_OK && set->stats.shown > LEAST_HIDDEN) {
         status = vd_world_aim_horizon(set->renderer, job, camera, width, height, &view.horizon);
     }
     status = status.code == VD_OK ? make_all(set, job, &view) : status;
@@ -429,7 +447,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
         set->stats.direct += slot->now.rgba == NULL && !slot->empty;
     }
     set->stats.bytes = set->bytes;
-    set->stats.in_flight = set->sending.count;
+    set->stats.in_flight = set->sending.count + set->painting;
     if (stats != NULL) {
         *stats = set->stats;
     }
