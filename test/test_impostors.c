@@ -672,6 +672,50 @@ static void particles_have_pictures(void **state) {
 }
 
 /* The measure: 0 for equal frames, and eq. 5.1 for others. */
+/* Particles that are drawn themselves and take too long are drawn smaller: that is a little softer,
+ * and hidden by the same hills. */
+static void particles_may_be_coarse(void **state) {
+    (void)state;
+    static const char path[] = VEDUTA_BINARY_DIR "/test-impostors.vdp";
+    const vd_vec3 middle = {0, 300, 60}, origin = {0, 0, 0};
+    vd_impostor_def def = patient();
+    def.settle = false;
+    def.least_reuse = 1e9; /* all is drawn itself */
+    const vd_particle_look look = cloud_look();
+    scene s = {.context = test_context(2, VD_ISA_AUTO)};
+    s.map = hills(s.context, origin);
+    s.world = make_world(s.context, s.map, origin, 5, 3);
+    vd_bricks *bricks =
+        open_cloud(s.context, path, 30000, middle, vd_vec3_make(300, 200, 150), 200);
+    assert_true(add_cloud(s.world, bricks, &look, 1000) > 30);
+    assert_ok(vd_world_arrange(s.world, NULL));
+    assert_ok(vd_world_renderer_create(s.context, NULL, s.world, NULL, &s.renderer));
+    assert_ok(vd_impostors_create(s.context, s.world, s.renderer, &def, &s.set));
+    vd_camera camera = looking(origin);
+    camera.orientation = vd_orientation_look_at(camera.eye, middle);
+    vd_frame *frames[4];
+    for (int i = 0; i < 4; i++) {
+        assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frames[i]));
+        s.set->clouds_pace.level = i;
+        (void)step(&s, &camera);
+        assert_ok(vd_impostors_draw(s.set, NULL, &camera, frames[i], NULL));
+    }
+    s.set->direct.count = 0; /* without particles it is another picture */
+    vd_frame *bare = NULL;
+    assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &bare));
+    assert_ok(vd_impostors_draw(s.set, NULL, &camera, bare, NULL));
+    const double far = vd_frame_error(bare, frames[0]);
+    for (int i = 1; i < 4; i++) {
+        const double error = vd_frame_error(frames[i], frames[0]);
+        assert_true(error > 0.0 && error < 0.25 * far);
+        vd_frame_destroy(&frames[i]);
+    }
+    vd_frame_destroy(&frames[0]);
+    vd_frame_destroy(&bare);
+    end(&s);
+    (void)unlink(path);
+}
+
 static void the_measure_is_the_published_one(void **state) {
     (void)state;
     vd_context *context = test_context(1, VD_ISA_AUTO);
@@ -711,6 +755,7 @@ int main(void) {
         cmocka_unit_test(without_reuse_all_is_drawn_anew),
         cmocka_unit_test(a_budget_of_pixels_is_kept),
         cmocka_unit_test(particles_have_pictures),
+        cmocka_unit_test(particles_may_be_coarse),
         cmocka_unit_test(the_measure_is_the_published_one),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -143,7 +143,44 @@ static vd_status draw_over(vd_impostors *set, vd_job *job, const vd_camera *came
 
 /* ---- the front, coarser when time is short ----------------------------------------------------*/
 
-static const double scales[] = {1.0, 0.75, 0.5};
+/* Of a frame's time, and with particles in it. */
+#define SHARE 0.5
+#define BOTH_SHARE 0.3
+
+static const double scales[] = {1.0, 0.75, 0.5, 0.35};
+
+double vd_impostor_pace_scale(const vd_impostor_pace *pace) {
+    return scales[pace->level];
+}
+
+void vd_impostor_pace_learn(const vd_impostors *set, vd_impostor_pace *pace, double took_s,
+                            double share) {
+    enum { LEAST_FRAMES = 10 };
+    const double most_s = share / set->def.rate_hz;
+    const double finer = pace->level > 0 ? scales[pace->level - 1] / scales[pace->level] : 1.0;
+    pace->frames++;
+    if (set->def.budget_pixels > 0 || pace->frames < LEAST_FRAMES) {
+        return; /* a virtual clock does not look at the machine */
+    }
+    if (took_s > most_s && pace->level < pace->last) {
+        *pace = (vd_impostor_pace){pace->level + 1, 0, pace->last};
+    } else if (pace->level > 0 && took_s * finer * finer < 0.7 * most_s) {
+        *pace = (vd_impostor_pace){pace->level - 1, 0, pace->last};
+    }
+}
+
+vd_status vd_impostors_enlarge(vd_impostors *set, vd_job *job, const int in[4], vd_frame *frame) {
+    const vd_frame *front = set->scratch->front;
+    const float x0 = (float)in[0], y0 = (float)in[1], x1 = (float)in[2], y1 = (float)in[3];
+    const vd_quad quad = {
+        .corners = {{x0, y0, 1.0f}, {x1, y0, 1.0f}, {x1, y1, 1.0f}, {x0, y1, 1.0f}},
+        .picture = {.rgba = front->rgba,
+                    .width = front->width,
+                    .height = front->height,
+                    .stride = front->stride},
+        .opacity = 255};
+    return vd_display_draw(set->display, job, frame, &quad, 1, NULL);
+}
 
 /* The frame's depth from the front's, where that is nearer. */
 static void keep_depth(void *user, int index, int worker) {
@@ -180,43 +217,21 @@ static vd_status draw_coarsely(vd_impostors *set, vd_job *job, const vd_camera *
     if (status.code == VD_OK) {
         status = merge_all(set, job, keep_depth, &m);
     }
-    if (status.code == VD_OK) {
-        const float x0 = (float)in.x0, x1 = (float)in.x1, y0 = (float)in.y0, y1 = (float)in.y1;
-        const vd_quad quad = {
-            .corners = {{x0, y0, 1.0f}, {x1, y0, 1.0f}, {x1, y1, 1.0f}, {x0, y1, 1.0f}},
-            .picture = {.rgba = set->scratch->front->rgba,
-                        .width = width,
-                        .height = height,
-                        .stride = set->scratch->front->stride},
-            .opacity = 255};
-        status = vd_display_draw(set->display, job, frame, &quad, 1, NULL);
-    }
-    return status;
+    const int sides[4] = {in.x0, in.y0, in.x1, in.y1};
+    return status.code == VD_OK ? vd_impostors_enlarge(set, job, sides, frame) : status;
 }
 
 /* Draws the front, and chooses how coarse the next one is: it may take half of a frame's time. */
 static vd_status draw_scaled(vd_impostors *set, vd_job *job, const vd_camera *camera,
                              const vd_world_part *part, rectangle in, vd_frame *frame,
                              vd_world_stats *stats) {
-    enum { LEAST_FRAMES = 10, LAST = sizeof scales / sizeof scales[0] - 1 };
     const uint64_t start = vd_clock_ns();
-    const double scale = scales[set->coarse];
-    const vd_status status = set->coarse == 0
+    const double scale = vd_impostor_pace_scale(&set->front_pace);
+    const vd_status status = scale == 1.0
                                  ? draw_over(set, job, camera, part, in, DEPTH_KEPT, frame, stats)
                                  : draw_coarsely(set, job, camera, part, in, scale, frame, stats);
-    const double took_s = 1e-9 * (double)(vd_clock_ns() - start), most_s = 0.5 / set->def.rate_hz;
-    const double finer = set->coarse > 0 ? scales[set->coarse - 1] / scale : 1.0;
-    set->coarse_frames++;
-    if (set->def.budget_pixels > 0 || set->coarse_frames < LEAST_FRAMES) {
-        return status; /* a virtual clock does not look at the machine */
-    }
-    if (took_s > most_s && set->coarse < LAST) {
-        set->coarse++;
-        set->coarse_frames = 0;
-    } else if (set->coarse > 0 && took_s * finer * finer < 0.7 * most_s) {
-        set->coarse--;
-        set->coarse_frames = 0;
-    }
+    vd_impostor_pace_learn(set, &set->front_pace, 1e-9 * (double)(vd_clock_ns() - start),
+                           set->clouds > 0 ? BOTH_SHARE : SHARE);
     return status;
 }
 

@@ -119,6 +119,13 @@ typedef struct vd_impostor_scratch {
     const vd_impostors *still_of; /* that drew it last */
 } vd_impostor_scratch;
 
+/* How coarsely something is drawn with every frame, 0: as fine as the frame, and since how many
+ * frames. */
+typedef struct vd_impostor_pace {
+    int level, frames;
+    int last; /* the coarsest level that is good enough */
+} vd_impostor_pace;
+
 /* A model of the world, as a client has it. */
 typedef struct vd_impostor_model {
     size_t bytes;     /* packed; 0: not asked yet */
@@ -171,22 +178,24 @@ struct vd_impostors {
                                       camera rests */
     uint32_t number;               /* among the pool's sets */
     uint32_t things;               /* drawn themselves for want of pictures, as decided */
-    int coarse, coarse_frames;     /* how coarsely the front is drawn, and since how many frames */
-    uint32_t shown_things;         /* and with those on patches */
-    double cloud_detail;           /* factor on what particles' detail is, at least 1 */
-    vd_list ranks;                 /* vd_impostor_rank of each of `shown` */
-    vd_buffer order;               /* for sorting these */
-    vd_buffer depth;               /* of a frame that has none */
-    vd_list wishes;                /* vd_impostor_wish */
-    size_t bytes;                  /* of pictures */
-    vd_list sending;               /* vd_impostor_sending, in the order of their arrival */
-    size_t sending_bytes;          /* of these; part of `bytes` */
-    double packed_share;           /* of their bytes that pictures take on the link, lately */
-    double link_free_s;            /* when the last of them has left */
-    double remote_free_s;          /* when the far end has drawn what it was asked for */
-    vd_impostor_painter *painter;  /* `background`; else null */
-    size_t painting;               /* pictures that it was asked for and that have not come */
-    uint64_t draws_since_ns;       /* when the last update began to draw */
+    vd_impostor_pace front_pace, clouds_pace;
+    vd_list over;                 /* uint32_t: `direct`, particles first, */
+    size_t clouds;                /* of which there are so many */
+    uint32_t shown_things;        /* and with those on patches */
+    double cloud_detail;          /* factor on what particles' detail is, at least 1 */
+    vd_list ranks;                /* vd_impostor_rank of each of `shown` */
+    vd_buffer order;              /* for sorting these */
+    vd_buffer depth;              /* of a frame that has none */
+    vd_list wishes;               /* vd_impostor_wish */
+    size_t bytes;                 /* of pictures */
+    vd_list sending;              /* vd_impostor_sending, in the order of their arrival */
+    size_t sending_bytes;         /* of these; part of `bytes` */
+    double packed_share;          /* of their bytes that pictures take on the link, lately */
+    double link_free_s;           /* when the last of them has left */
+    double remote_free_s;         /* when the far end has drawn what it was asked for */
+    vd_impostor_painter *painter; /* `background`; else null */
+    size_t painting;              /* pictures that it was asked for and that have not come */
+    uint64_t draws_since_ns;      /* when the last update began to draw */
     bool has_still;       /* drawn for the camera that rests; see vd_impostors_still_frame */
     double still_s;       /* when it comes */
     double still_retry_s; /* not drawn again before, since it failed */
@@ -443,6 +452,22 @@ VD_MUST_USE vd_status vd_impostors_draw_front(vd_impostors *set, vd_job *job,
 VD_MUST_USE vd_status vd_impostors_draw_lines(vd_impostors *set, vd_job *job,
                                               const vd_camera *camera, vd_frame *frame,
                                               vd_world_stats *stats);
+
+/* Pixels a side of what is drawn at a pace to one of the frame. */
+double vd_impostor_pace_scale(const vd_impostor_pace *pace);
+
+/* Chooses how coarse the next one is: it may take a share of a frame's time. */
+void vd_impostor_pace_learn(const vd_impostors *set, vd_impostor_pace *pace, double took_s,
+                            double share);
+
+/* Shows the front's frame, as large as the part x0, y0 … x1, y1 of another. */
+VD_MUST_USE vd_status vd_impostors_enlarge(vd_impostors *set, vd_job *job, const int in[4],
+                                           vd_frame *frame);
+
+/* Particles and names of what is drawn itself, and the overlay. The frame must have depth. */
+VD_MUST_USE vd_status vd_impostors_draw_over(vd_impostors *set, vd_job *job,
+                                             const vd_camera *camera, vd_frame *frame,
+                                             vd_world_stats *stats);
 
 /* The depth of all ground, coarsely, for what does not stand on it. */
 VD_MUST_USE vd_status vd_impostors_draw_relief(vd_impostors *set, vd_job *job,

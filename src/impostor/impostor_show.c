@@ -184,19 +184,6 @@ static vd_status draw_before_patches(vd_impostors *set, vd_job *job, const vd_ca
     return status.code == VD_OK ? vd_impostors_draw_lines(set, job, camera, frame, stats) : status;
 }
 
-/* Particles that are drawn themselves in a frame: about these many, by their detail. */
-#define MOST_PARTICLES 1000000u
-#define COARSEST 32.0
-
-/* Their detail in the next frame, of which this one tells. */
-static void refine_clouds(vd_impostors *set, uint64_t particles) {
-    if (particles > MOST_PARTICLES && set->cloud_detail < COARSEST) {
-        set->cloud_detail *= particles > 4 * MOST_PARTICLES ? 4.0 : 1.5;
-    } else if (particles < MOST_PARTICLES / 4 && set->cloud_detail > 1.0) {
-        set->cloud_detail = fmax(set->cloud_detail / 1.5, 1.0);
-    }
-}
-
 /* Patches, and what is before them. The sky comes under all of it at the end, where it is seen. */
 static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera *camera,
                                  vd_frame *frame, vd_world_stats *stats) {
@@ -216,21 +203,6 @@ static vd_status draw_objects(vd_impostors *set, vd_job *job, const vd_camera *c
         status = add_slot(set, camera, vd_impostor_slot_at(set, shown[i]));
     }
     return status.code == VD_OK ? show_quads(set, job, camera, true, frame) : status;
-}
-
-/* Names and particles of what is drawn itself. */
-static vd_status draw_names(vd_impostors *set, vd_job *job, const vd_camera *camera,
-                            vd_frame *frame, vd_pass *pass, vd_world_stats *stats) {
-    vd_status status = vd_world_begin_over(set->renderer, camera, set->direct.data,
-                                           set->direct.count, frame, pass, stats);
-    if (status.code == VD_OK) {
-        set->renderer->cloud_detail = set->cloud_detail;
-        stats->particles = 0;
-        status = vd_world_draw_over(set->renderer, job, pass, frame);
-        set->renderer->cloud_detail = 0.0;
-        refine_clouds(set, stats->particles);
-    }
-    return status;
 }
 
 bool vd_impostors_shown_in_front(const vd_impostors *set) {
@@ -260,7 +232,7 @@ vd_status vd_impostors_draw_alone(vd_impostors *set, vd_job *job, const vd_camer
     }
     if (status.code == VD_OK) {
         set->renderer->def.overlay = NULL; /* it belongs to the screen and not to the world */
-        status = draw_names(set, job, camera, frame, &pass, &own);
+        status = vd_impostors_draw_over(set, job, camera, frame, &own);
         set->renderer->def.overlay = overlay;
     }
     return status;
@@ -285,7 +257,7 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
     if (status.code == VD_OK && set->ground.count > 0) {
         status = vd_terrain_draw_under(set->renderer->ground, job, camera, !set->frozen, frame);
     }
-    return status.code == VD_OK ? draw_names(set, job, camera, frame, &pass, &own) : status;
+    return status.code == VD_OK ? vd_impostors_draw_over(set, job, camera, frame, &own) : status;
 }
 
 vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *camera,

@@ -95,6 +95,8 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->renderer = renderer;
     set->def = used;
     set->cloud_detail = set->packed_share = 1.0;
+    set->front_pace.last = 2;
+    set->clouds_pace.last = 3; /* they are soft */
     set->versions = used.first_version;
     set->scratch = set->still_in = &set->own_scratch;
     set->def.pool = NULL; /* until it has joined */
@@ -213,6 +215,7 @@ void vd_impostors_destroy(vd_impostors **impostors) {
     vd_release(set->context, set->shown.data);
     vd_release(set->context, set->direct.data);
     vd_release(set->context, set->lines.data);
+    vd_release(set->context, set->over.data);
     vd_release(set->context, set->wishes.data);
     vd_release(set->context, set->quads.data);
     vd_release(set->context, set->depth.memory);
