@@ -192,6 +192,7 @@ struct vd_impostors {
     size_t sending_bytes;         /* of these; part of `bytes` */
     double packed_share;          /* of their bytes that pictures take on the link, lately */
     double link_free_s;           /* when the last of them has left */
+    double far_px_per_s;          /* that the far end draws, lately; 0: not known */
     double remote_free_s;         /* when the far end has drawn what it was asked for */
     vd_impostor_painter *painter; /* `background`; else null */
     size_t painting;              /* pictures that it was asked for and that have not come */

@@ -280,8 +280,9 @@ static bool is_spent(const vd_impostors *set, const spending *spent) {
             set->stats.pixels_drawn - spent->pixels >= (uint64_t)set->def.budget_pixels);
 }
 
-/* What a link that is asked for more than it carries in LONG_S brings first is half as fine: a
- * quarter of the bytes. What is only to be finer then waits. */
+/* What a link that is asked for more than it carries in LONG_S brings first is half as fine, a
+ * quarter of the bytes, and so it is where the far end is asked for more than it draws in that
+ * time. What is only to be finer then waits. */
 #define LONG_S 0.25
 
 /* A picture's pixels over the square of its bounds' diagonal, about. */
@@ -293,8 +294,22 @@ static bool is_pressed(const vd_impostors *set) {
     for (size_t i = 0; i < set->wishes.count; i++) {
         pixels += wishes[i].finer ? 0.0 : wishes[i].area;
     }
-    return set->def.link_bytes_per_s > 0.0 && !set->def.no_reuse &&
-           BOUND_SHARE * 4.0 * pixels * set->packed_share > LONG_S * set->def.link_bytes_per_s;
+    pixels *= BOUND_SHARE;
+    const bool long_link = 4.0 * pixels * set->packed_share > LONG_S * set->def.link_bytes_per_s;
+    const bool long_work = set->far_px_per_s > 0.0 && pixels > LONG_S * set->far_px_per_s;
+    return set->def.link_bytes_per_s > 0.0 && !set->def.no_reuse && (long_link || long_work);
+}
+
+/* How fast it is believed what the far end draws in a second. */
+#define FAR_WEIGHT 0.1
+
+/* Learns how fast the far end is, unless a virtual clock must not look at the machine. */
+static void learn_far(vd_impostors *set, uint64_t pixels, double took_s) {
+    if (set->def.budget_pixels == 0 && pixels > 0 && took_s > 0.0) {
+        const double rate = (double)pixels / took_s;
+        set->far_px_per_s +=
+            (set->far_px_per_s > 0.0 ? FAR_WEIGHT : 1.0) * (rate - set->far_px_per_s);
+    }
 }
 
 static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view_given,
@@ -339,6 +354,9 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
         if (set->def.remote) {
             set->remote_free_s = set->time_s + 1e-9 * (double)(vd_clock_ns() - spent->start_ns);
         }
+    }
+    if (set->def.remote) {
+        learn_far(set, set->stats.pixels_drawn - spent->pixels, set->remote_free_s - set->time_s);
     }
     set->stats.waiting = set->wishes.count - i + late;
     return status;
