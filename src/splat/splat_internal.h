@@ -137,10 +137,20 @@ void vd_splat_profile_init(vd_splat_profile *profile, vd_splat_kernel kernel);
 /* `profiles` are those of VD_SPLAT_GAUSSIAN and VD_SPLAT_SPH. */
 vd_splat_shape vd_splat_shape_of(vd_splat_kernel kernel, const vd_splat_profile profiles[2]);
 
+/* Partial sums of a kernel's pixels, by column, which are then added up in their order: as many as
+ * the widest vectors have lanes. */
+#define VD_SUM_LANES 16
+
+/* What the pixels of a square of `side` from (first, first) on have of a large splat, which reaches
+ * none beyond it. */
+typedef float vd_splat_sum_function(const vd_splat_large *large, const vd_splat_shape *shape,
+                                    int first, int side);
+vd_splat_sum_function vd_splat_large_sum;
+
 /* Makes a large splat: x, y and support in pixels, `amount` the opacity at the middle, or the
  * weight as an integer. Scales it so that its pixels add up to what they must. */
 void vd_splat_large_init(vd_splat_large *large, const vd_splat_picture *picture, float x, float y,
-                         float support, float amount);
+                         float support, float amount, vd_splat_sum_function *add);
 
 /* The pixels that a large splat touches, cut at the picture: [x0, x1) × [y0, y1). */
 void vd_splat_large_box(const vd_splat_large *large, const vd_splat_picture *picture, int box[4]);

@@ -195,6 +195,9 @@ static inline projected project_lanes(const vd_splat_picture *picture, const vd_
     return out;
 }
 
+static float sum_large(const vd_splat_large *large, const vd_splat_shape *shape, int first,
+                       int side);
+
 /* The lanes of `bits` are splats larger than a pixel. */
 static void keep_large(const vd_splat_picture *picture, const vd_placing *p, const projected *dots,
                        uint32_t bits, vd_splat_scratch *scratch) {
@@ -210,7 +213,7 @@ static void keep_large(const vd_splat_picture *picture, const vd_placing *p, con
     for (; bits != 0; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
         vd_splat_large *large = &scratch->large[scratch->large_count];
-        vd_splat_large_init(large, picture, x[i], y[i], support[i], amount[i]);
+        vd_splat_large_init(large, picture, x[i], y[i], support[i], amount[i], sum_large);
         int box[4];
         vd_splat_large_box(large, picture, box);
         if (box[0] >= box[1] || box[2] >= box[3] ||
@@ -401,30 +404,50 @@ static inline vd_wide_f32 overlap(vd_wide_f32 p, float low, float high) {
     return clamp01(vd_wide_min_f32(p + 1.0f, vd_wide_splat_f32(high)) - from);
 }
 
-/* vd_splat_large_at of `count` pixels from (x, y) on; room for a vector more. */
+/* What a row of a large splat's pixels has in common. */
+typedef struct large_row {
+    const vd_splat_large *large;
+    vd_splat_kernel kernel;
+    const float *profile; /* gaussian and sph */
+    float dy;
+    vd_wide_f32 high; /* share of the row, of a box */
+} large_row;
+
+static inline large_row row_of(const vd_splat_large *large, const vd_splat_shape *shape, int y) {
+    const float r = large->support;
+    return (large_row){large, shape->kernel,
+                       shape->kernel < VD_SPLAT_GAUSSIAN ? NULL : shape->profile->at,
+                       ((float)y + 0.5f) - large->y,
+                       overlap(vd_wide_splat_f32((float)y), large->y - r, large->y + r)};
+}
+
+/* vd_splat_large_at of a vector of pixels from x on. */
+static inline vd_wide_f32 shares_at(const large_row *row, int x) {
+    const vd_splat_large *large = row->large;
+    const float r = large->support;
+    const vd_wide_f32 px = vd_wide_to_f32(vd_wide_count_i32() + x);
+    if (row->kernel == VD_SPLAT_BOX) {
+        return overlap(px, large->x - r, large->x + r) * row->high;
+    }
+    const vd_wide_f32 dx = (px + 0.5f) - large->x, square = dx * dx + row->dy * row->dy;
+    if (row->kernel == VD_SPLAT_DISC) {
+        return clamp01((r + 0.5f) - vd_wide_sqrt_f32(square));
+    }
+    const vd_wide_f32 s = square * large->inverse, none = {0};
+    const vd_wide_mask inside = vd_wide_less_f32(s, vd_wide_splat_f32(1.0f));
+    const vd_wide_f32 t = vd_wide_blend_f32(inside, s, none) * (float)VD_PROFILE_STEPS;
+    const vd_wide_i32 k = vd_wide_to_i32(t);
+    const vd_wide_f32 from = vd_wide_gather_f32(row->profile, k),
+                      to = vd_wide_gather_f32(row->profile + 1, k);
+    return vd_wide_blend_f32(inside, from + (to - from) * (t - vd_wide_to_f32(k)), none);
+}
+
+/* The same of `count` pixels; room for a vector more. */
 static void find_shares(const vd_splat_large *large, const vd_splat_shape *shape, int x, int y,
                         int count, float *out) {
-    const float r = large->support,
-                *at = shape->kernel < VD_SPLAT_GAUSSIAN ? NULL : shape->profile->at;
-    const float dy = ((float)y + 0.5f) - large->y;
-    const vd_wide_f32 high = overlap(vd_wide_splat_f32((float)y), large->y - r, large->y + r);
+    const large_row row = row_of(large, shape, y);
     for (int i = 0; i < count; i += VD_WIDE_LANES) {
-        const vd_wide_f32 px = vd_wide_to_f32(vd_wide_count_i32() + (x + i));
-        const vd_wide_f32 dx = (px + 0.5f) - large->x, square = dx * dx + dy * dy;
-        vd_wide_f32 share;
-        if (shape->kernel == VD_SPLAT_BOX) {
-            share = overlap(px, large->x - r, large->x + r) * high;
-        } else if (shape->kernel == VD_SPLAT_DISC) {
-            share = clamp01((r + 0.5f) - vd_wide_sqrt_f32(square));
-        } else {
-            const vd_wide_f32 s = square * large->inverse, none = {0};
-            const vd_wide_mask inside = vd_wide_less_f32(s, vd_wide_splat_f32(1.0f));
-            const vd_wide_f32 t = vd_wide_blend_f32(inside, s, none) * (float)VD_PROFILE_STEPS;
-            const vd_wide_i32 k = vd_wide_to_i32(t);
-            const vd_wide_f32 from = vd_wide_gather_f32(at, k), to = vd_wide_gather_f32(at + 1, k);
-            share = vd_wide_blend_f32(inside, from + (to - from) * (t - vd_wide_to_f32(k)), none);
-        }
-        vd_wide_store_f32(out + i, share);
+        vd_wide_store_f32(out + i, shares_at(&row, x + i));
     }
 }
 
@@ -437,26 +460,71 @@ static void hide_shares(const vd_splat_picture *picture, const vd_splat_large *l
     }
 }
 
+/* As vd_splat_large_sum: as many vectors as hold VD_SUM_LANES are its partial sums. */
+static float sum_large(const vd_splat_large *large, const vd_splat_shape *shape, int first,
+                       int side) {
+    enum { VECTORS = VD_SUM_LANES / VD_WIDE_LANES };
+    vd_wide_f32 parts[VECTORS] = {{0}};
+    for (int y = first; y < first + side; y++) {
+        const large_row row = row_of(large, shape, y);
+        for (int i = 0, k = 0; i < side; i += VD_WIDE_LANES, k = (k + 1) % VECTORS) {
+            parts[k] += shares_at(&row, first + i);
+        }
+    }
+    float sums[VD_SUM_LANES], sum = 0.0f;
+    memcpy(sums, parts, sizeof sums);
+    for (int i = 0; i < VD_SUM_LANES; i++) {
+        sum += sums[i];
+    }
+    return sum;
+}
+
+/* Pixels of four floats in a vector. */
+#define WIDE_PIXELS (VD_WIDE_LANES / 4)
+
+/* One value for each of them, from four that may be read. */
+static inline vd_wide_f32 for_each_float(const float values[4]) {
+#if defined(__AVX512F__)
+    const __m512i which = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
+    return (vd_wide_f32)_mm512_permutevar_ps(_mm512_broadcast_f32x4(_mm_loadu_ps(values)), which);
+#elif defined(__AVX2__)
+    const __m256i which = _mm256_set_epi32(1, 1, 1, 1, 0, 0, 0, 0);
+    const __m256 twice = _mm256_set_m128(_mm_loadu_ps(values), _mm_loadu_ps(values));
+    return (vd_wide_f32)_mm256_permutevar_ps(twice, which);
+#else
+    return vd_wide_splat_f32(values[0]);
+#endif
+}
+
 static void blend_large(const vd_splat_tile *tile, const vd_splat_large *large) {
     int box[4];
     if (!large_box(tile, large, box)) {
         return;
     }
-    float color[4], shares[VD_TILE_SIDE + VD_WIDE_LANES];
-    for (int c = 0; c < 4; c++) {
-        color[c] = (float)(large->color >> (8 * c) & 255);
+    float shares[VD_TILE_SIDE + VD_WIDE_LANES];
+    vd_wide_f32 color;
+    for (int i = 0; i < VD_WIDE_LANES; i++) {
+        color[i] = (float)(large->color >> (8 * (i % 4)) & 255);
     }
+    const int count = box[1] - box[0];
     for (int y = box[2]; y < box[3]; y++) {
         float *row = (float *)tile->pixels + 4 * tile_pixel(tile, box[0], y);
-        find_shares(large, &tile->picture->shape, box[0], y, box[1] - box[0], shares);
+        find_shares(large, &tile->picture->shape, box[0], y, count, shares);
         if (tile->picture->hider != NULL) {
-            hide_shares(tile->picture, large, box[0], y, box[1] - box[0], shares);
+            hide_shares(tile->picture, large, box[0], y, count, shares);
         }
-        for (int i = 0; i < box[1] - box[0]; i++, row += 4) {
+        int i = 0;
+        for (; i + WIDE_PIXELS <= count; i += WIDE_PIXELS) {
+            const vd_wide_f32 weight = large->amount * for_each_float(shares + i);
+            const vd_wide_f32 w = vd_wide_min_f32(weight, vd_wide_splat_f32(1.0f));
+            const vd_wide_f32 under = vd_wide_load_f32(row + 4 * i);
+            vd_wide_store_f32(row + 4 * i, under * (1.0f - w) + color * w);
+        }
+        for (; i < count; i++) {
             const float weight = large->amount * shares[i];
             const float w = weight < 1.0f ? weight : 1.0f;
             for (int c = 0; c < 4; c++) {
-                row[c] = row[c] * (1.0f - w) + color[c] * w;
+                row[4 * i + c] = row[4 * i + c] * (1.0f - w) + color[c] * w;
             }
         }
     }

@@ -165,7 +165,7 @@ static bool draw_small(const vd_splat_picture *picture, const dot *d, uint32_t i
 
 static bool draw_large(const vd_splat_picture *picture, const dot *d, uint32_t id, void *pixels) {
     vd_splat_large large;
-    vd_splat_large_init(&large, picture, d->x, d->y, d->support, d->amount);
+    vd_splat_large_init(&large, picture, d->x, d->y, d->support, d->amount, vd_splat_large_sum);
     int box[4];
     vd_splat_large_box(&large, picture, box);
     if (box[0] >= box[1] || box[2] >= box[3] ||

@@ -120,23 +120,32 @@ void vd_splat_large_box(const vd_splat_large *large, const vd_splat_picture *pic
     box[3] = pixel_of(large->y + reach + 1.0f, picture->height);
 }
 
-/* What the kernel adds up to over all pixels around the splat, in the picture or not. */
-static float add_up(const vd_splat_large *large, const vd_splat_shape *shape) {
-    vd_splat_large moved = *large;
-    moved.x = (large->x - floorf(large->x)) + 16.0f;
-    moved.y = (large->y - floorf(large->y)) + 16.0f;
-    const int reach = (int)(large->support + 1.5f);
-    float sum = 0.0f;
-    for (int y = 16 - reach; y <= 16 + reach; y++) {
-        for (int x = 16 - reach; x <= 16 + reach; x++) {
-            sum += vd_splat_large_at(&moved, shape, x, y);
+float vd_splat_large_sum(const vd_splat_large *large, const vd_splat_shape *shape, int first,
+                         int side) {
+    float parts[VD_SUM_LANES] = {0}, sum = 0.0f;
+    for (int y = first; y < first + side; y++) {
+        for (int i = 0; i < side; i++) {
+            parts[i % VD_SUM_LANES] += vd_splat_large_at(large, shape, first + i, y);
         }
+    }
+    for (int i = 0; i < VD_SUM_LANES; i++) {
+        sum += parts[i];
     }
     return sum;
 }
 
+/* What the kernel adds up to over all pixels around the splat, in the picture or not. */
+static float add_up(const vd_splat_large *large, const vd_splat_shape *shape,
+                    vd_splat_sum_function *add) {
+    vd_splat_large moved = *large;
+    moved.x = (large->x - floorf(large->x)) + 16.0f;
+    moved.y = (large->y - floorf(large->y)) + 16.0f;
+    const int reach = (int)(large->support + 1.5f);
+    return add(&moved, shape, 16 - reach, 2 * reach + 1);
+}
+
 void vd_splat_large_init(vd_splat_large *large, const vd_splat_picture *picture, float x, float y,
-                         float support, float amount) {
+                         float support, float amount, vd_splat_sum_function *add) {
     const vd_splat_shape *shape = &picture->shape;
     large->x = floorf(x * 256.0f + 0.5f) * (1.0f / 256.0f);
     large->y = floorf(y * 256.0f + 0.5f) * (1.0f / 256.0f);
@@ -146,7 +155,7 @@ void vd_splat_large_init(vd_splat_large *large, const vd_splat_picture *picture,
     float sum = area;
     if (picture->mode != VD_SPLAT_NEAREST && shape->kernel != VD_SPLAT_BOX &&
         support < SCALED_SUPPORT) {
-        sum = add_up(large, shape);
+        sum = add_up(large, shape, add);
     }
     if (picture->mode == VD_SPLAT_DENSITY) {
         large->amount = amount * 128.0f / sum;
