@@ -66,6 +66,24 @@ bool vd_impostor_plane_fit(vd_vec3 eye, vd_vec3 through, vd_vec3 normal, const v
     return count > 0;
 }
 
+/* What a corner is shown wrong by is how far it is off the plane times how far aside of it, and
+ * along an edge both may go to 0 at opposite ends, when the eye moves towards one of them: the
+ * middle is then wrong by a quarter of the product of what each is at most. */
+int vd_impostor_plane_more_points(const vd_impostor_plane *plane, vd_vec3 *points) {
+    int count = 8;
+    if (!(plane->depth_m > VD_IMPOSTOR_DEEP * plane->distance_m)) {
+        return count;
+    }
+    for (int axis = 1; axis < 8; axis *= 2) {
+        for (int i = 0; i < 8; i++) {
+            if ((i & axis) == 0) {
+                points[count++] = vd_vec3_scale(vd_vec3_add(points[i], points[i | axis]), 0.5);
+            }
+        }
+    }
+    return count;
+}
+
 double vd_impostor_plane_error(const vd_impostor_plane *plane, const vd_vec3 *points, int count,
                                vd_vec3 eye, double focal_px) {
     const double away = vd_vec3_dot(vd_vec3_subtract(plane->eye, plane->origin), plane->normal);

@@ -34,6 +34,14 @@ typedef struct vd_impostor_plane {
 bool vd_impostor_plane_fit(vd_vec3 eye, vd_vec3 through, vd_vec3 normal, const vd_vec3 *points,
                            int count, vd_impostor_plane *out);
 
+/* Things that are deep, of which the plane's depth is more than this share of its distance, have
+ * more key points than their corners. */
+#define VD_IMPOSTOR_DEEP 0.2
+
+/* Adds the middles of a box's edges to its corners, of which bit 0, 1, 2 of a number say on which
+ * side they are, where the box is deep; `points` has room for 20. Returns how many there are. */
+int vd_impostor_plane_more_points(const vd_impostor_plane *plane, vd_vec3 *points);
+
 /* The largest angle between a key point and what the picture shows in its place, seen from `eye`,
  * times the focal length: screen error in pixels at the picture's middle, whatever the camera's
  * rotation. Infinity when a point cannot be seen from there. */
