@@ -107,6 +107,7 @@ typedef struct vd_evaluated_figures {
     uint64_t bytes, pixels;   /* over the link; pixels of impostors */
     uint64_t uploads;
     double reuse, overdraw, shown, direct; /* of impostors: R; the others are means */
+    double reused, pictures;               /* likewise: shown again; kept */
     double error_px, show_s;
     uint64_t failed, dropped;
     double worst_error, worst_s; /* the greatest error, and when */

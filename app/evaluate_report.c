@@ -51,6 +51,8 @@ static bool add_impostors(const vd_evaluation *e, json_t *root, int kind) {
             add(root, "pixels_per_s", json_real((double)f->pixels / e->seconds)) &&
             add(root, "direct_objects", json_real(f->direct)) &&
             add(root, "impostors", json_real(f->shown)) &&
+            add(root, "reused", json_real(f->reused)) &&
+            add(root, "live", json_real(f->pictures)) &&
             add(root, "screen_error_px", json_real(f->error_px)) &&
             add(root, "failed", json_integer((json_int_t)f->failed)) &&
             add(root, "dropped", json_integer((json_int_t)f->dropped)));
@@ -144,8 +146,11 @@ static bool print_impostors(const vd_evaluation *e) {
     if (kind != VD_EVALUATED_SCREEN && kind != VD_EVALUATED_DIRECT) {
         good =
             printf("\nreuse          %10.2f\noverdraw       %10.2f\nimpostors      %10.1f a frame\n"
-                   "drawn direct   %10.1f a frame\nuploads        %10.1f a second\n",
-                   f->reuse, f->overdraw, f->shown, f->direct, (double)f->uploads / e->seconds) > 0;
+                   "of these new   %10.1f a frame\nlive           %10.1f\n"
+                   "drawn direct   %10.1f a frame\nuploads        %10.1f a second\n"
+                   "dropped        %10llu\n",
+                   f->reuse, f->overdraw, f->shown, f->shown - f->reused, f->pictures, f->direct,
+                   (double)f->uploads / e->seconds, (unsigned long long)f->dropped) > 0;
     }
     if (!e->settings->is_virtual && f->made > 0) {
         good = good &&

@@ -138,6 +138,8 @@ static void count_frame(program *p, const vd_impostor_stats *stats) {
         stats->pixels_drawn > 0 ? (double)stats->pixels_shown / (double)stats->pixels_drawn : 0.0;
     f->overdraw += stats->overdraw;
     f->shown += shown;
+    f->reused += (double)stats->reused;
+    f->pictures += (double)stats->pictures;
     f->direct += (double)stats->direct;
     f->show_s += stats->show_s;
     f->error_px += stats->error_px;
@@ -388,6 +390,8 @@ static void divide(vd_evaluation *e) {
         f->error /= e->compared;
         f->overdraw /= frames;
         f->shown /= frames;
+        f->reused /= frames;
+        f->pictures /= frames;
         f->direct /= frames;
         f->show_s /= frames;
         f->error_px /= frames;

@@ -18,11 +18,12 @@ static vd_impostor_def def_of(const vd_render_settings *s) {
 
 static vd_status describe(vd_render_run *run, const vd_impostor_stats *s, int updates,
                           bool settled) {
-    run->impostors = json_pack("{s: I, s: I, s: I, s: i, s: b, s: f, s: f, s: I, s: I}", "shown",
-                               (json_int_t)s->shown, "direct", (json_int_t)s->direct, "uploads",
-                               (json_int_t)s->uploads, "updates", updates, "settled", (int)settled,
-                               "overdraw", s->overdraw, "error_px", s->error_px, "failed",
-                               (json_int_t)s->failed, "bytes", (json_int_t)s->bytes);
+    run->impostors =
+        json_pack("{s: I, s: I, s: I, s: I, s: i, s: b, s: f, s: f, s: I, s: I}", "shown",
+                  (json_int_t)s->shown, "reused", (json_int_t)s->reused, "direct",
+                  (json_int_t)s->direct, "uploads", (json_int_t)s->uploads, "updates", updates,
+                  "settled", (int)settled, "overdraw", s->overdraw, "error_px", s->error_px,
+                  "failed", (json_int_t)s->failed, "bytes", (json_int_t)s->bytes);
     return run->impostors != NULL
                ? vd_success()
                : vd_failure(VD_ERROR_MEMORY, "out of memory while describing the impostors");

@@ -213,28 +213,31 @@ bool vd_cards_panel_at(const vd_cards *cards, int x, int y, vd_live *live, doubl
 /* ---- times -------------------------------------------------------------------------------------
  */
 
-/* Two lines: how many are what, and how well they do. */
-static void put_impostors(vd_cards *cards, const vd_card_times *t, double y) {
-    const vd_impostor_stats *s = t->impostors;
+int vd_cards_impostor_lines(const vd_impostor_stats *s, bool frozen,
+                            char lines[VD_CARD_IMPOSTOR_LINES][100]) {
+    enum { BYTES = 100 };
     const double drawn = s->pixels_drawn > 0 ? (double)s->pixels_drawn : 1.0;
-    char line[160];
-    snprintf(line, sizeof line, "%llu shown  %llu direct  %llu waiting%s",
-             (unsigned long long)s->shown, (unsigned long long)s->direct,
-             (unsigned long long)s->waiting, t->frozen ? "  kept" : "");
-    put(cards, 20, y, 9, ink, line);
-    snprintf(line, sizeof line, "R %.1f  D %.2f  %.2f px", (double)s->pixels_shown / drawn,
-             s->overdraw, s->error_px);
-    put(cards, 20, y + 19, 9, ink, line);
-    if (s->failed > 0) {
-        snprintf(line, sizeof line, "%llu failed", (unsigned long long)s->failed);
-        put(cards, 200, y + 19, 9, orange, line);
-    }
+    (void)snprintf(lines[0], BYTES, "%llu shown  %llu direct  %llu waiting%s",
+                   (unsigned long long)s->shown, (unsigned long long)s->direct,
+                   (unsigned long long)s->waiting, frozen ? "  kept" : "");
+    (void)snprintf(lines[1], BYTES, "%llu drawn  %llu reused  %llu live",
+                   (unsigned long long)s->drawn, (unsigned long long)s->reused,
+                   (unsigned long long)s->pictures);
+    (void)snprintf(lines[2], BYTES, "R %.1f  D %.2f  %.2f px  %llu dropped",
+                   (double)s->pixels_shown / drawn, s->overdraw, s->error_px,
+                   (unsigned long long)s->dropped);
+    (void)snprintf(lines[3], BYTES, "%llu failed", (unsigned long long)s->failed);
+    return s->failed > 0 ? 4 : 3;
 }
 
 void vd_cards_show_times(vd_cards *cards, const vd_card_times *t) {
     const double width = 2.0 * VD_TIMES_COUNT / 2 + 40, top = 20, graph = 90;
-    if (!begin(cards, VD_CARD_TIMES, width,
-               t->impostors != NULL || t->remote != NULL ? 250 : 210)) {
+    char impostors[VD_CARD_IMPOSTOR_LINES][100];
+    const int lines = t->impostors != NULL
+                          ? vd_cards_impostor_lines(t->impostors, t->frozen, impostors)
+                      : t->remote != NULL ? 2
+                                          : 0;
+    if (!begin(cards, VD_CARD_TIMES, width, 210 + 19 * lines + (lines > 0 ? 2 : 0))) {
         return;
     }
     cards->cards[VD_CARD_TIMES].said[0] = '\0';
@@ -260,11 +263,9 @@ void vd_cards_show_times(vd_cards *cards, const vd_card_times *t) {
     snprintf(line, sizeof line, "convert %.1f show %.1f late %.1f", 1e3 * t->convert_s,
              1e3 * t->show_s, 1e3 * t->latency_s);
     put(cards, 20, top + graph + 79, 9, faint, line);
-    if (t->impostors != NULL) {
-        put_impostors(cards, t, top + graph + 98);
-    }
-    for (int i = 0; i < 2 && t->remote != NULL; i++) {
-        put(cards, 20, top + graph + 98 + 19 * i, 9, ink, t->remote[i]);
+    for (int i = 0; i < lines; i++) {
+        put(cards, 20, top + graph + 98 + 19 * i, 9, i == 3 ? orange : ink,
+            t->impostors != NULL ? impostors[i] : t->remote[i]);
     }
     finish(cards, VD_CARD_TIMES);
 }

@@ -51,6 +51,12 @@ typedef struct vd_card_times {
 
 void vd_cards_show_times(vd_cards *cards, const vd_card_times *times);
 
+/* What is said of impostors: how many are what, how many are kept and new, how well they do; and
+ * last, where something could not be drawn, that. Returns how many lines: 3, or 4 with failures. */
+#define VD_CARD_IMPOSTOR_LINES 4
+int vd_cards_impostor_lines(const vd_impostor_stats *stats, bool frozen,
+                            char lines[VD_CARD_IMPOSTOR_LINES][100]);
+
 /* A sentence in the middle below; `share` 0 … 1 draws a bar of progress under it, below 0 none. */
 void vd_cards_show_message(vd_cards *cards, const char *sentence, double share, bool failure);
 

@@ -11,7 +11,7 @@ static void everything_is_shown_once(void **state) {
         begin(&s, 300, &def);
         vd_camera camera = looking(vd_vec3_make(0, 0, 0));
         vd_vec3 motion = {2, 1, 0};
-        uint64_t shown = 0, direct = 0;
+        uint64_t shown = 0, direct = 0, reused = 0, uploads = 0;
         for (int i = 0; i < (test_is_reduced() ? 50 : 150); i++) {
             if (i % 15 == 0) {
                 motion.x = 8 * test_uniform(&random) - 4;
@@ -23,10 +23,17 @@ static void everything_is_shown_once(void **state) {
             const vd_impostor_stats stats = step(&s, &camera);
             shown += stats.shown;
             direct += stats.direct;
+            reused += stats.reused;
+            /* What is not shown again has come since. */
+            assert_true(stats.reused <= stats.shown &&
+                        stats.shown - stats.reused <= stats.uploads - uploads);
+            assert_true(i > 0 || stats.reused == 0);
+            uploads = stats.uploads;
             check_once(&s, &camera);
         }
         assert_true(shown > (test_is_reduced() ? 150 : 500) &&
                     direct > (test_is_reduced() ? 15 : 50));
+        assert_true(reused > shown / 4);
         end(&s);
     }
 }
@@ -43,6 +50,7 @@ static void a_resting_camera_draws_nothing(void **state) {
         stats = step(&s, &camera);
     }
     assert_int_equal(stats.drawn, 0);
+    assert_true(stats.reused == stats.shown && stats.shown > 3);
     assert_true(stats.error_px <= def.tolerance_px);
     /* Turning: only what comes into the view. */
     uint64_t drawn = 0;

@@ -106,6 +106,7 @@ VD_API vd_impostor_def vd_impostor_def_default(void);
 
 typedef struct vd_impostor_stats {
     uint64_t shown;    /* impostors in the picture */
+    uint64_t reused;   /* of these, as they were in the last one: no new picture has come */
     uint64_t direct;   /* objects, and patches of the ground without a picture, drawn themselves */
     uint64_t drawn;    /* pictures made by the last update */
     uint64_t waiting;  /* pictures that its budget left for later */

@@ -34,6 +34,7 @@ void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
     slot->now = *made;
     slot->empty = made->empty;
     slot->born_s = set->time_s;
+    slot->born = set->update;
     slot->failures = 0;
     slot->changed = made->version <= slot->since;
     set->stats.uploads++;

@@ -52,6 +52,7 @@ typedef struct vd_impostor_slot {
     uint32_t failures;
     double retry_s;                  /* not drawn again before */
     double born_s;                   /* when the picture came */
+    uint64_t born;                   /* number of the last update before that, or amidst */
     double error_px;                 /* when it was shown last */
     uint64_t used;                   /* number of the last update that showed it */
     uint64_t asked;                  /* and of the last that wished for its picture */

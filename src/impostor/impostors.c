@@ -421,6 +421,26 @@ vd_status vd_impostors_check(const vd_camera *camera, int width, int height) {
                             width, height, VD_MAX_SIDE);
 }
 
+/* Counts what the picture is made of. */
+static void count_shown(vd_impostors *set) {
+    const vd_list *lists[2] = {&set->shown, &set->far};
+    vd_impostor_stats *stats = &set->stats;
+    stats->shown = stats->reused = 0;
+    stats->direct = set->direct.count + set->lines.count;
+    for (int k = 0; k < 2; k++) {
+        const uint32_t *slots = lists[k]->data;
+        for (size_t i = 0; i < lists[k]->count; i++) {
+            const vd_impostor_slot *slot = vd_impostor_slot_at(set, slots[i]);
+            const bool has = slot->now.rgba != NULL;
+            stats->shown += has;
+            stats->reused += has && slot->born < set->update;
+            stats->direct += k == 1 && !has && !slot->empty;
+        }
+    }
+    stats->bytes = set->bytes;
+    stats->in_flight = set->sending.count + set->painting;
+}
+
 /* Fewer pictures are not worth a horizon, which takes a millisecond: as long as showing these. */
 #define LEAST_HIDDEN 256
 
@@ -438,6 +458,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     }
     if (set->frozen) {
         set->stats.drawn = 0;
+        set->stats.reused = set->stats.shown;
         if (stats != NULL) {
             *stats = set->stats;
         }
@@ -459,16 +480,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     if (status.code == VD_OK) {
         status = vd_impostors_settle(set, job, camera, width, height);
     }
-    set->stats.shown = set->shown.count;
-    set->stats.direct = set->direct.count + set->lines.count;
-    const uint32_t *far = set->far.data;
-    for (size_t i = 0; i < set->far.count; i++) {
-        const vd_impostor_slot *slot = vd_impostor_slot_at(set, far[i]);
-        set->stats.shown += slot->now.rgba != NULL;
-        set->stats.direct += slot->now.rgba == NULL && !slot->empty;
-    }
-    set->stats.bytes = set->bytes;
-    set->stats.in_flight = set->sending.count + set->painting;
+    count_shown(set);
     if (stats != NULL) {
         *stats = set->stats;
     }
