@@ -270,8 +270,8 @@ static void tick(vd_window *w) {
         const double seconds = first ? w->period_s : fmin(now - w->tick_s, 0.1);
         w->next_tick_s = first ? now + w->period_s : w->next_tick_s + w->period_s;
         w->tick_s = now;
-        if (w->recording.keyframes != NULL) {
-            vd_recording_note(&w->recording, now, &world->state, first);
+        if (first) {
+            vd_recording_hold(&w->recording, now - seconds);
         }
         if (vd_motion_active(&w->motion)) {
             move_camera(w, seconds);
@@ -280,6 +280,7 @@ static void tick(vd_window *w) {
             const vd_motion_world around = {ground_below, w, world->defaults.size_m};
             vd_motion_clear_ground(&around, &world->state);
         }
+        vd_recording_note(&w->recording, now, &world->state);
         if (w->sun_moves) {
             move_sun(w, seconds);
         }
@@ -540,7 +541,7 @@ static void clear_up(vd_window *w) {
     vd_window_render_destroy(&w->render);
     vd_cards_destroy(&w->cards);
     vd_context_destroy(&w->context);
-    json_decref(w->recording.keyframes);
+    vd_recording_finish(&w->recording);
     free(w->compose);
     for (int i = 0; i < VD_WINDOW_WORLDS; i++) {
         free(w->worlds[i].dropped);

@@ -107,16 +107,17 @@ static void record(vd_window *w) {
     if (!world->entered) {
         return;
     }
-    if (w->recording.keyframes == NULL) {
-        if (vd_recording_begin(&w->recording, vd_seconds_now())) {
-            vd_recording_note(&w->recording, vd_seconds_now(), &world->state, true);
-            vd_window_note(w, "recording a path; F9 ends it");
-        }
+    const double now = vd_seconds_now();
+    if (!w->recording.on) {
+        const bool begun =
+            vd_recording_begin(&w->recording, now, &world->state, world->camera.roll);
+        vd_window_note(w, begun ? "recording a path; F9 ends it" : "out of memory for a path");
         return;
     }
     char path[64];
     vd_new_file_name("veduta-path", "json", path, sizeof path);
-    vd_recording_note(&w->recording, vd_seconds_now(), &world->state, true);
+    vd_recording_hold(&w->recording, now - w->period_s);
+    vd_recording_note(&w->recording, now, &world->state);
     vd_status status = vd_recording_end(&w->recording, path);
     if (status.code == VD_OK) {
         vd_window_note(w, "wrote %s", path);

@@ -550,6 +550,141 @@ static void impostors_are_looked_at(void **unused) {
     close_viewer();
 }
 
+/* ---- what is on the screen ----------------------------------------------------------------------
+ */
+
+/* Loads functions of Xlib, which the window brings. */
+static void load_xlib(const char *const *names, int count, void **out) {
+    void *library = dlopen("libX11.so.6", RTLD_NOW);
+    assert_non_null(library);
+    for (int i = 0; i < count; i++) {
+        out[i] = dlsym(library, names[i]);
+        assert_non_null(out[i]);
+    }
+}
+
+/* The pixels of a rectangle of the screen, 0x??RRGGBB. */
+static void read_screen(int x, int y, int width, int height, unsigned long *out) {
+    static const char *const names[6] = {"XOpenDisplay", "XDefaultRootWindow", "XGetImage",
+                                         "XGetPixel",    "XDestroyImage",      "XCloseDisplay"};
+    void *found[6];
+    load_xlib(names, 6, found);
+    void *(*open_display)(const char *);
+    unsigned long (*root_window)(void *);
+    void *(*get_image)(void *, unsigned long, int, int, unsigned, unsigned, unsigned long, int);
+    unsigned long (*get_pixel)(void *, int, int);
+    int (*destroy_image)(void *);
+    int (*close_display)(void *);
+    memcpy(&open_display, &found[0], sizeof(void *));
+    memcpy(&root_window, &found[1], sizeof(void *));
+    memcpy(&get_image, &found[2], sizeof(void *));
+    memcpy(&get_pixel, &found[3], sizeof(void *));
+    memcpy(&destroy_image, &found[4], sizeof(void *));
+    memcpy(&close_display, &found[5], sizeof(void *));
+    void *connection = open_display(NULL);
+    assert_non_null(connection);
+    void *image = get_image(connection, root_window(connection), x, y, (unsigned)width,
+                            (unsigned)height, ~0ul, 2); /* ZPixmap */
+    assert_non_null(image);
+    for (int i = 0; i < width * height; i++) {
+        out[i] = get_pixel(image, i % width, i / width);
+    }
+    destroy_image(image);
+    close_display(connection);
+}
+
+/* How many pixels say in orange that something failed: the last line of the card beside the
+ * window's upper right corner, which is at (960, 270). `print` receives a hash of them. */
+static int failure_pixels(uint64_t *print) {
+    enum { WIDE = 256, HIGH = 14 };
+    static unsigned long pixels[WIDE * HIGH];
+    int orange = 0;
+    read_screen(960 - 16 - 276, 270 + 16 + 254, WIDE, HIGH, pixels);
+    *print = 1469598103934665603u;
+    for (int i = 0; i < WIDE * HIGH; i++) {
+        const int red = (int)(pixels[i] >> 16 & 255u), blue = (int)(pixels[i] & 255u);
+        const bool is = red > 150 && blue < red - 60;
+        orange += is;
+        *print = (*print ^ (is ? (uint64_t)i + 1 : 0)) * 1099511628211u;
+    }
+    return orange;
+}
+
+/* Bytes of the bricks are changed, as a failing disk would; head and directory stay. */
+static void damage_bricks(const char *path) {
+    FILE *file = fopen(path, "r+b");
+    uint8_t head[64];
+    assert_non_null(file);
+    assert_int_equal(fread(head, 1, sizeof head, file), sizeof head);
+    uint64_t directory = 0;
+    for (int i = 7; i >= 0; i--) {
+        directory = directory << 8 | head[56 + i];
+    }
+    assert_true(directory > 4096);
+    for (long at = (long)directory / 4; at < (long)directory / 4 * 3; at += 64) {
+        assert_int_equal(fseek(file, at, SEEK_SET), 0);
+        assert_int_not_equal(fputc(0x5A, file), EOF);
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+static void turn_a_little(const char *name) {
+    assert_int_equal(RUN(10, "xdotool", "keydown", name), 0);
+    rest(0.2);
+    assert_int_equal(RUN(10, "xdotool", "keyup", name), 0);
+    rest(0.3);
+}
+
+/* Of particles some of which are damaged the others are shown, and how often drawing has failed is
+ * said beside the frame times; it is tried again, less and less often. */
+static void what_fails_is_said(void **unused) {
+    (void)unused;
+    NEEDS_DISPLAY();
+    static const char *const cloud = "cloud.json";
+    FILE *file = fopen(cloud, "wb");
+    assert_non_null(file);
+    assert_true(fprintf(file,
+                        "{\"veduta_world\": 1, \"objects\": [{\"mesh\": "
+                        "\"%s/example/worlds/house.obj\", \"position\": [0, 0]}], "
+                        "\"particles\": [{\"file\": \"cloud.vdp\", \"most_particles\": 2000}]}\n",
+                        VEDUTA_SOURCE_DIR) > 0);
+    assert_int_equal(fclose(file), 0);
+    assert_int_equal(RUN(60, program, "generate", "particles", "-n", "200000", "--center", "0,0,30",
+                         "--size", "200", "-o", "cloud.vdp"),
+                     0);
+    for (int damaged = 0; damaged < 2; damaged++) {
+        uint64_t print = 0, again = 0;
+        if (damaged == 1) {
+            damage_bricks("cloud.vdp");
+            assert_int_equal(RUN(60, program, "render", cloud, "-q", "-o", "render.png"), 1);
+        }
+        VIEW("--eye", "0,-400,60", "--heading", "0", "--pitch", "0", "--impostors", cloud);
+        wait_until_ready();
+        key("Tab");
+        key("v"); /* at rest, too, it is the impostors that are shown */
+        const double end = now() + 40.0;
+        int orange = 0;
+        for (int i = 0; damaged == 1 ? orange == 0 && now() < end : i < 6; i++) {
+            turn_a_little(i % 2 == 0 ? "a" : "d");
+            orange = failure_pixels(&print);
+            assert_true(damaged == 1 || orange == 0);
+        }
+        if (damaged == 1) {
+            assert_true(orange > 20);
+            do { /* tried again */
+                turn_a_little("a");
+                turn_a_little("d");
+                assert_true(failure_pixels(&again) > 20);
+            } while (again == print && now() < end);
+            assert_true(again != print);
+        }
+        key("F12"); /* all else is shown */
+        wait_for_file("veduta-view-0001.png");
+        remove("veduta-view-0001.png");
+        close_viewer();
+    }
+}
+
 static void the_mouse_turns_and_sets(void **unused) {
     (void)unused;
     NEEDS_DISPLAY();
@@ -653,36 +788,79 @@ static void the_window_is_resized(void **unused) {
     close_viewer();
 }
 
+/* Reads a recording's times, and how far the eye went from each to the next. Returns how many. */
+static int read_keyframes(const char *path, double times[], double steps[], int most) {
+    static char text[1 << 18];
+    double before[3] = {0, 0, 0};
+    int count = 0;
+    read_back(path, text, sizeof text);
+    assert_non_null(strstr(text, "\"veduta_path\": 1"));
+    for (const char *at = text; (at = strstr(at, "\"time\": ")) != NULL && count < most; count++) {
+        double eye[3];
+        assert_int_equal(sscanf(at, "\"time\": %lf, \"eye\": [%lf, %lf, %lf]", &times[count],
+                                &eye[0], &eye[1], &eye[2]),
+                         4);
+        double square = 0.0;
+        for (int i = 0; i < 3; i++) {
+            square += (eye[i] - before[i]) * (eye[i] - before[i]);
+            before[i] = eye[i];
+        }
+        steps[count] = count > 0 ? sqrt(square) : 0.0;
+        at += 8;
+    }
+    return count;
+}
+
+/* Every frame is a keyframe, with its time; what `fly` and `evaluate` make of them ends with the
+ * picture that the window ended with. */
 static void paths_are_recorded(void **unused) {
     (void)unused;
     NEEDS_DISPLAY();
+    enum { MOST = 1000 };
+    static double times[MOST], steps[MOST];
     remove("veduta-path-0001.json");
+    remove("veduta-view-0001.png");
     VIEW(world);
     wait_until_ready();
     key("F9");
+    rest(0.5);
     assert_int_equal(RUN(10, "xdotool", "keydown", "w"), 0);
-    rest(1.3);
-    assert_int_equal(RUN(10, "xdotool", "keyup", "w"), 0);
-    rest(0.3);
+    rest(0.6);
+    assert_int_equal(RUN(10, "xdotool", "keydown", "a"), 0);
+    rest(0.7);
+    assert_int_equal(RUN(10, "xdotool", "keyup", "w", "keyup", "a"), 0);
+    rest(1.0);
+    key("F12");
+    wait_for_file("veduta-view-0001.png");
     key("F9");
     wait_for_file("veduta-path-0001.json");
     close_viewer();
+    const int count = read_keyframes("veduta-path-0001.json", times, steps, MOST);
+    assert_in_range(count, 12, MOST - 1);
+    int moving = 0, slow = 0;
+    for (int i = 1; i < count; i++) {
+        assert_true(times[i] > times[i - 1]);
+        moving += steps[i] > 0.0;
+        slow += steps[i] > 0.0 && times[i] - times[i - 1] > 0.05;
+    }
+    /* A picture of the display's rate for every 17 ms, where nobody else uses the processor. */
+    assert_true(moving >= 10 && 2 * slow < moving);
+    assert_true(steps[1] == 0.0 && steps[count - 1] == 0.0); /* rests at both ends take no frames */
+    assert_true(times[1] - times[0] > 0.1 && times[count - 1] - times[count - 2] > 0.1);
     assert_int_equal(RUN(60, program, "fly", world, "veduta-path-0001.json", "--dry-run"), 0);
     assert_int_equal(RUN(60, program, "evaluate", world, "veduta-path-0001.json", "--virtual", "-s",
                          "64x36", "--seconds", "0.3", "--only", "impostors"),
                      0);
-    char text[8192];
-    read_back("veduta-path-0001.json", text, sizeof text);
-    assert_non_null(strstr(text, "\"veduta_path\": 1"));
-    int keyframes = 0;
-    double last = -1.0;
-    for (const char *at = text; (at = strstr(at, "\"time\": ")) != NULL; keyframes++) {
-        at += 8;
-        const double time = strtod(at, NULL);
-        assert_true(time > last);
-        last = time;
+    char text[1024], frames[32];
+    assert_int_equal(RUN(200, program, "fly", world, "veduta-path-0001.json", "-q", "-s", "640x360",
+                         "--fps", "2", "-o", "flown-{}.png"),
+                     0);
+    snprintf(frames, sizeof frames, "flown-%d.png", (int)floor(2.0 * times[count - 1] + 0.5) - 1);
+    read_back("run.txt", text, sizeof text);
+    if (access(frames, R_OK) != 0) {
+        fail_msg("%s is not there: %s", frames, text);
     }
-    assert_in_range(keyframes, 3, 8);
+    assert_int_equal(differing(frames, "veduta-view-0001.png", 1.0), 0);
 }
 
 static void it_rests_when_nothing_happens(void **unused) {
@@ -787,15 +965,10 @@ static void delete_window(void) {
     char text[64];
     read_back("run.txt", text, sizeof text);
     const unsigned long window = strtoul(text, NULL, 10);
-    void *library = dlopen("libX11.so.6", RTLD_NOW);
-    assert_non_null(library);
     void *addresses[5];
     static const char *const names[5] = {"XOpenDisplay", "XInternAtom", "XSendEvent", "XSync",
                                          "XCloseDisplay"};
-    for (int i = 0; i < 5; i++) {
-        addresses[i] = dlsym(library, names[i]);
-        assert_non_null(addresses[i]);
-    }
+    load_xlib(names, 5, addresses);
     void *(*open_display)(const char *);
     unsigned long (*intern_atom)(void *, const char *, int);
     int (*send_event)(void *, unsigned long, int, long, void *);
@@ -937,6 +1110,7 @@ int main(void) {
         cmocka_unit_test_teardown(screenshots_are_what_render_draws, no_viewer),
         cmocka_unit_test_teardown(worlds_are_shown_by_impostors, no_viewer),
         cmocka_unit_test_teardown(impostors_are_looked_at, no_viewer),
+        cmocka_unit_test_teardown(what_fails_is_said, no_viewer),
         cmocka_unit_test_teardown(the_mouse_turns_and_sets, no_viewer),
         cmocka_unit_test_teardown(worlds_are_switched, no_viewer),
         cmocka_unit_test_teardown(the_window_is_resized, no_viewer),

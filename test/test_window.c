@@ -2,13 +2,16 @@
  */
 #include "support.h"
 
+#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
+#include <unistd.h>
 
 #include "../app/window_cards.h"
 #include "../app/window_look.h"
 #include "../app/window_motion.h"
 #include "../app/window_pace.h"
+#include "../app/window_path.h"
 #include "../app/window_pixels.h"
 #include "../app/window_text.h"
 #include "../app/window_threads.h"
@@ -350,6 +353,51 @@ static void pixels_are_stretched(void **unused) {
     vd_context_destroy(&context);
 }
 
+/* What impostors do is told in three lines; in a fourth, in another colour, that some failed. */
+static void failures_are_told_of(void **unused) {
+    (void)unused;
+    static uint32_t pixels[400 * 400];
+    vd_impostor_stats stats = {.shown = 12,
+                               .reused = 11,
+                               .direct = 3,
+                               .drawn = 2,
+                               .waiting = 1,
+                               .pictures = 40,
+                               .dropped = 7,
+                               .pixels_drawn = 10,
+                               .pixels_shown = 123,
+                               .overdraw = 2.5,
+                               .error_px = 0.75};
+    char lines[VD_CARD_IMPOSTOR_LINES][100];
+    assert_int_equal(vd_cards_impostor_lines(&stats, false, lines), 3);
+    assert_string_equal(lines[0], "12 shown  3 direct  1 waiting");
+    assert_string_equal(lines[1], "2 drawn  11 reused  40 live");
+    assert_string_equal(lines[2], "R 12.3  D 2.50  0.75 px  7 dropped");
+    assert_int_equal(vd_cards_impostor_lines(&stats, true, lines), 3);
+    assert_string_equal(lines[0], "12 shown  3 direct  1 waiting  kept");
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_cards *cards = vd_cards_create(context, 1.0);
+    assert_non_null(cards);
+    const vd_times frames = {.count = 0};
+    const vd_card_times times = {.frames = &frames, .period_s = 1.0 / 60, .impostors = &stats};
+    for (uint64_t failed = 0; failed < 10; failed += 9) {
+        stats.failed = failed;
+        memset(pixels, 0, sizeof pixels);
+        vd_cards_show_times(cards, &times);
+        vd_cards_lay(cards, pixels, 400, 400, 400);
+        int orange = 0;
+        for (int i = 0; i < 400 * 400; i++) {
+            const int red = (int)(pixels[i] >> 16 & 255u), b = (int)(pixels[i] & 255u);
+            orange += red > 150 && b < red - 60;
+        }
+        assert_true(failed > 0 ? orange > 10 : orange == 0);
+    }
+    assert_int_equal(vd_cards_impostor_lines(&stats, false, lines), 4);
+    assert_string_equal(lines[3], "9 failed");
+    vd_cards_destroy(&cards);
+    vd_context_destroy(&context);
+}
+
 static void cards_are_cut_at_the_edges(void **unused) {
     (void)unused;
     uint64_t seed = 8;
@@ -372,6 +420,159 @@ static void cards_are_cut_at_the_edges(void **unused) {
     }
     vd_frame_destroy(&frame);
     vd_context_destroy(&context);
+}
+
+/* ---- recordings --------------------------------------------------------------------------------
+ */
+
+/* A path through what was recorded, as `veduta fly` makes it. */
+static vd_camera_path *read_recording(vd_context *context, const char *path) {
+    json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, NULL);
+    assert_non_null(root);
+    assert_int_equal(json_integer_value(json_object_get(root, "veduta_path")), 1);
+    assert_true(json_is_false(json_object_get(root, "ease")));
+    assert_true(json_number_value(json_object_get(root, "clearance")) == 0.0);
+    const json_t *list = json_object_get(root, "keyframes");
+    const size_t count = json_array_size(list);
+    vd_keyframe *keys = calloc(count, sizeof *keys);
+    assert_non_null(keys);
+    for (size_t i = 0; i < count; i++) {
+        double heading, pitch, roll, fov;
+        assert_int_equal(json_unpack(json_array_get(list, i),
+                                     "{s: F, s: [F, F, F], s: F, s: F, s: F, s: F}", "time",
+                                     &keys[i].time_s, "eye", &keys[i].eye.x, &keys[i].eye.y,
+                                     &keys[i].eye.z, "heading", &heading, "pitch", &pitch, "roll",
+                                     &roll, "fov", &fov),
+                         0);
+        keys[i].orientation =
+            vd_orientation_from_angles(heading * VD_RADIANS_PER_DEGREE,
+                                       pitch * VD_RADIANS_PER_DEGREE, roll * VD_RADIANS_PER_DEGREE);
+        keys[i].fov_y_rad = fov * VD_RADIANS_PER_DEGREE;
+    }
+    vd_camera_path_def def = vd_camera_path_def_default();
+    vd_camera_path *out = NULL;
+    def.keyframes = keys;
+    def.count = (int)count;
+    def.timed = true;
+    def.ease_s = 0.0;
+    assert_ok(vd_camera_path_create(context, &def, &out));
+    free(keys);
+    json_decref(root);
+    return out;
+}
+
+static vd_vec3 eye_of(const vd_motion_state *state) {
+    return vd_vec3_make(state->eye[0], state->eye[1], state->eye[2]);
+}
+
+enum { FLOWN = 900 };
+
+/* Flies by keys that change at random, in frames of uneven lengths, and rests twice. */
+static void fly_and_record(vd_recording *recording, double times[FLOWN],
+                           vd_motion_state states[FLOWN]) {
+    const vd_motion_world around = {NULL, NULL, 1e4};
+    const double start_s = 1234.5;
+    uint64_t seed = 8;
+    vd_motion motion = vd_motion_start();
+    states[0] = random_state(&seed);
+    times[0] = 0.0;
+    assert_true(vd_recording_begin(recording, start_s, &states[0], 3.0));
+    for (int i = 1; i < FLOWN; i++) {
+        const bool rested = i == 300 || i == 600;
+        const double frame_s = 0.008 + 0.02 * test_uniform(&seed);
+        times[i] = times[i - 1] + frame_s + (rested ? 7.0 : 0.0);
+        states[i] = states[i - 1];
+        if (rested) {
+            vd_recording_hold(recording, start_s + times[i] - frame_s);
+        }
+        for (int axis = 0; axis < VD_MOTION_COUNT && i % 40 == 0; axis++) {
+            motion.wanted[axis] = floor(3.0 * test_uniform(&seed)) - 1.0;
+        }
+        if (i % 300 > 260) { /* it comes to rest before it rests */
+            motion = vd_motion_start();
+        } else {
+            vd_motion_advance(&motion, &around, frame_s, &states[i]);
+        }
+        vd_recording_note(recording, start_s + times[i], &states[i]);
+    }
+}
+
+/* What is written goes through every frame at its time, and between two frames nowhere else: as a
+ * stream of 100 viewpoints a second it is what was flown. */
+static void recordings_are_what_was_flown(void **unused) {
+    (void)unused;
+    static const char file[] = VEDUTA_BINARY_DIR "/test-window-path.json";
+    static double times[FLOWN];
+    static vd_motion_state states[FLOWN];
+    vd_recording recording;
+    fly_and_record(&recording, times, states);
+    assert_in_range(recording.count, FLOWN - 200, FLOWN);
+    assert_ok(vd_recording_end(&recording, file));
+    assert_false(recording.on);
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_camera_path *path = read_recording(context, file);
+    assert_true(fabs(vd_camera_path_duration(path) - times[FLOWN - 1]) < 1e-9);
+    double worst = 0.0;
+    for (int i = 0; i < FLOWN; i++) {
+        const vd_keyframe at = vd_camera_path_pose(path, times[i]);
+        const vd_quat is = vd_orientation_from_angles(states[i].heading * VD_RADIANS_PER_DEGREE,
+                                                      states[i].pitch * VD_RADIANS_PER_DEGREE,
+                                                      3.0 * VD_RADIANS_PER_DEGREE);
+        const double cosine = at.orientation.x * is.x + at.orientation.y * is.y +
+                              at.orientation.z * is.z + at.orientation.w * is.w;
+        assert_true(vd_vec3_length(vd_vec3_subtract(at.eye, eye_of(&states[i]))) < 1e-5);
+        assert_true(fabs(cosine) > 1.0 - 1e-12);
+        assert_true(fabs(at.fov_y_rad - states[i].fov * VD_RADIANS_PER_DEGREE) < 1e-9);
+    }
+    for (int i = 0, k = 0; i / 100.0 < times[FLOWN - 1]; i++) {
+        const double time_s = i / 100.0;
+        while (times[k + 1] < time_s) {
+            k++;
+        }
+        const bool rests = times[k + 1] - times[k] > 1.0; /* but for the last frame of it */
+        const vd_vec3 a = eye_of(&states[k]), way = vd_vec3_subtract(eye_of(&states[k + 1]), a);
+        const double share = rests ? 0.0 : (time_s - times[k]) / (times[k + 1] - times[k]);
+        const vd_vec3 on = vd_vec3_add(a, vd_vec3_scale(way, share));
+        const double off =
+            vd_vec3_length(vd_vec3_subtract(vd_camera_path_pose(path, time_s).eye, on));
+        const double step = vd_vec3_length(way);
+        if (rests && time_s > times[k + 1] - 0.03) {
+            continue;
+        }
+        assert_true(off <= 0.25 * step + 1e-5);
+        worst = step > 1e-3 && off / step > worst ? off / step : worst;
+    }
+    assert_true(worst > 0.0);
+    vd_camera_path_destroy(&path);
+    vd_context_destroy(&context);
+    (void)unlink(file);
+}
+
+/* However long it flies, its memory is bounded, and it keeps its beginning and its end. */
+static void long_recordings_are_thinned(void **unused) {
+    (void)unused;
+    for (int kind = 0; kind < 2; kind++) { /* flying on and on; hopping from rest to rest */
+        vd_motion_state state = {.fov = 40.0};
+        vd_recording r;
+        assert_true(vd_recording_begin(&r, 0.0, &state, 0.0));
+        const int frames = 3 * VD_RECORDING_FRAMES;
+        for (int i = 1; i <= frames; i++) {
+            state.eye[0] = kind == 0 ? i : floor(i / 2.0);
+            vd_recording_note(&r, i / 60.0, &state);
+            assert_true(r.count <= VD_RECORDING_FRAMES && r.room <= VD_RECORDING_FRAMES);
+        }
+        assert_true(r.count > VD_RECORDING_FRAMES / 4);
+        assert_true(r.frames[0].time_s == 0.0 && r.frames[0].eye[0] == 0.0);
+        assert_true(r.frames[r.count - 1].eye[0] == state.eye[0]);
+        assert_true(r.frames[r.count - 1].time_s == frames / 60.0);
+        for (int i = 1; i < r.count; i++) {
+            const double gap = r.frames[i].time_s - r.frames[i - 1].time_s;
+            /* Where all of it is rests the early ones are thinned again and again. */
+            assert_true(gap > 0.0 && gap <= (kind == 0 ? 2.0 : 16.0) * (r.every + 1) / 60.0);
+        }
+        vd_recording_finish(&r);
+        assert_null(r.frames);
+    }
 }
 
 /* ---- cards -------------------------------------------------------------------------------------
@@ -480,6 +681,9 @@ int main(void) {
         cmocka_unit_test(flags_say_what_is_seen),
         cmocka_unit_test(pixels_of_the_same_size_are_the_same),
         cmocka_unit_test(pixels_are_stretched),
+        cmocka_unit_test(recordings_are_what_was_flown),
+        cmocka_unit_test(long_recordings_are_thinned),
+        cmocka_unit_test(failures_are_told_of),
         cmocka_unit_test(cards_are_cut_at_the_edges),
         cmocka_unit_test(the_panel_is_found_by_the_mouse),
         cmocka_unit_test(any_sentence_can_be_shown),
