@@ -1,4 +1,5 @@
 /* Pictures that a thread draws while frames go on. */
+#include <pthread.h>
 #include "impostor_scenes.h"
 
 static vd_impostor_def in_background(void) {
@@ -154,6 +155,54 @@ static void particles_come_too(void **state) {
     (void)unlink(path);
 }
 
+/* An allocator that has nothing for other threads than this one. */
+static pthread_t this_thread;
+
+static void *allocate_here(void *user, size_t size_bytes) {
+    void *memory = NULL;
+    (void)user;
+    return pthread_equal(pthread_self(), this_thread) != 0 &&
+                   posix_memalign(&memory, 64, size_bytes) == 0
+               ? memory
+               : NULL;
+}
+
+static void release_here(void *user, void *memory, size_t size_bytes) {
+    (void)user;
+    (void)size_bytes;
+    free(memory);
+}
+
+/* Where the thread cannot begin, updates draw as without. */
+static void without_memory_updates_draw(void **state) {
+    (void)state;
+    const vd_impostor_def def = in_background();
+    const vd_vec3 origin = {0, 0, 0};
+    vd_context_def own = vd_context_def_default();
+    own.threads = 1;
+    own.allocator = (vd_allocator){NULL, allocate_here, release_here};
+    this_thread = pthread_self();
+    scene s = {.context = NULL};
+    assert_ok(vd_context_create(&own, &s.context));
+    s.map = hills(s.context, origin);
+    s.world = make_world(s.context, s.map, origin, 100, 3);
+    assert_ok(vd_world_renderer_create(s.context, NULL, s.world, NULL, &s.renderer));
+    assert_ok(vd_impostors_create(s.context, s.world, s.renderer, &def, &s.set));
+    const vd_camera camera = looking(origin);
+    vd_impostor_stats stats = step(&s, &camera);
+    for (int i = 0; i < 2000 && s.set->painter != NULL; i++) {
+        vd_impostors_wait(s.set);
+        stats = step(&s, &camera);
+    }
+    assert_null(s.set->painter);
+    assert_int_equal(stats.in_flight, 0);
+    for (int i = 0; i < 3; i++) {
+        stats = step(&s, &camera);
+    }
+    assert_true(stats.shown > 0 && stats.waiting == 0 && stats.pictures > 0);
+    end(&s);
+}
+
 static void what_it_cannot_be_is_refused(void **state) {
     (void)state;
     scene s;
@@ -184,6 +233,7 @@ int main(void) {
         cmocka_unit_test(changes_are_not_lost),
         cmocka_unit_test(walks_keep_bounds),
         cmocka_unit_test(particles_come_too),
+        cmocka_unit_test(without_memory_updates_draw),
         cmocka_unit_test(what_it_cannot_be_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

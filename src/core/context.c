@@ -53,6 +53,13 @@ vd_context_def vd_context_def_default(void) {
     return def;
 }
 
+vd_context_def vd_context_def_like(const vd_context *context) {
+    return (vd_context_def){.allocator = context->allocator,
+                            .log = context->log,
+                            .log_user = context->log_user,
+                            .isa = context->isa};
+}
+
 const char *vd_isa_name(vd_isa isa) {
     static const char *const names[VD_ISA_COUNT] = {"auto", "v2", "v3", "v4"};
     return isa >= 0 && isa < VD_ISA_COUNT ? names[isa] : "unknown";

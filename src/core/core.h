@@ -15,6 +15,9 @@ uint64_t vd_processor_ns(void);
 /* Sets the progress of a job (may be null) whose call is not one loop: `done` of `total` pieces. */
 void vd_job_report(vd_job *job, int done, int total);
 
+/* A def with a context's allocator, log and SIMD level, of another one for another thread. */
+vd_context_def vd_context_def_like(const vd_context *context);
+
 /* Allocates count × size bytes cleared to zero; else as vd_allocate. */
 VD_MUST_USE void *vd_allocate_zero(vd_context *context, size_t count, size_t size_bytes);
 

@@ -60,8 +60,7 @@ static void *painter_main(void *user) {
     vd_world_renderer *renderer = NULL;
     vd_frame *canvas = NULL;
     size_t canvas_pixels = 0;
-    vd_context_def def = vd_context_def_default();
-    def.isa = vd_context_isa(p->pictures);
+    vd_context_def def = vd_context_def_like(p->pictures);
     def.threads = (vd_context_threads(p->pictures) + 1) / 2;
 #ifdef __linux__
     (void)setpriority(PRIO_PROCESS, 0, NICENESS); /* there: of this thread, and those it starts */
@@ -82,7 +81,6 @@ static void *painter_main(void *user) {
     if (status.code == VD_OK) {
         paint_all(p, &brush);
     }
-    p->begun = p->asked;
     pthread_cond_signal(&p->done);
     pthread_mutex_unlock(&p->mutex);
     vd_frame_destroy(&canvas);
@@ -156,7 +154,7 @@ vd_status vd_impostors_collect(vd_impostors *set) {
     vd_impostor_painter *p = set->painter;
     vd_impostor_draft ready[VD_PAINTER_QUEUE + 1];
     pthread_mutex_lock(&p->mutex);
-    vd_status status = p->status;
+    const vd_status began = p->status;
     const int count = p->finished;
     memcpy(ready, p->ready, (size_t)count * sizeof *ready);
     for (int i = p->begun; i < p->asked; i++) {
@@ -165,6 +163,7 @@ vd_status vd_impostors_collect(vd_impostors *set) {
     p->finished = p->asked = p->begun = 0;
     set->painting = p->busy;
     pthread_mutex_unlock(&p->mutex);
+    vd_status status = vd_success();
     for (int i = 0; i < count; i++) {
         slot_of(set, &ready[i])->coming = false;
         if (status.code == VD_OK) {
@@ -172,6 +171,12 @@ vd_status vd_impostors_collect(vd_impostors *set) {
         } else {
             vd_release(set->context, ready[i].picture.rgba);
         }
+    }
+    if (began.code != VD_OK) {
+        vd_log(set->context, VD_LOG_WARNING, "impostors are drawn in the frames that show them: %s",
+               began.message);
+        vd_impostor_painter_destroy(set->context, &set->painter);
+        set->painting = 0;
     }
     return status;
 }

@@ -4,7 +4,8 @@
  *   painter              draw, draw … until its time of this update is spent
  *
  * What it has not begun when the next update comes is dropped, and wished for anew if it still
- * matters. It has a renderer and a pool of threads of its own; of the world nothing changes.
+ * matters. It has a renderer and a pool of threads of its own; of the world nothing changes. Where
+ * there is no memory for these the set draws by itself.
  */
 #ifndef VEDUTA_IMPOSTOR_IMPOSTOR_PAINTER_H
 #define VEDUTA_IMPOSTOR_IMPOSTOR_PAINTER_H
