@@ -264,7 +264,7 @@ static vd_status draw(vd_render_run *run, studio *s) {
     if (status.code != VD_OK) {
         return status;
     }
-    vd_raster_stats stats = {0, 0, 0, 0};
+    vd_raster_stats stats = {.primitives = 0};
     vd_progress progress;
     const double start = vd_seconds_now();
     vd_progress_start(&progress, run->job, r->quiet);

@@ -321,12 +321,131 @@ static void windows_make_the_picture(void **state) {
     vd_context_destroy(&context);
 }
 
+/* ---- limits -----------------------------------------------------------------------------------*/
+
+/* Triangles of every kind of material, three of which cover too much. */
+static void what_covers_too_much_is_left_out(void **state) {
+    (void)state;
+    enum { WIDE = 90, HIGH = 50, DRAWS = 4 };
+    const float sheets[DRAWS][9] = {{-10, -10, 0.5f, -10, 200, 0.5f, 200, -10, 0.5f},
+                                    {10, 10, 0.3f, 10, 20, 0.3f, 20, 10, 0.3f},
+                                    {-10, -10, 0.2f, -10, 200, 0.2f, 200, -10, 0.2f},
+                                    {30, 10, 0.1f, 30, 20, 0.1f, 40, 10, 0.1f}};
+    /* One pixel more a side than between two places: boxes are of whole pixels. */
+    const uint64_t areas[DRAWS] = {(WIDE + 1) * (HIGH + 1), 11 * 11, (WIDE + 1) * (HIGH + 1),
+                                   11 * 11};
+    vd_material materials[3] = {vd_material_default(), vd_material_default(),
+                                vd_material_default()};
+    materials[1].alpha_test = 0.5f;
+    materials[2].blend = true;
+    const uint64_t weights[3] = {1, 16, 32};
+    vd_context *context = test_context(3, VD_ISA_AUTO);
+    vd_draw draws[DRAWS];
+    for (int i = 0; i < DRAWS; i++) {
+        draws[i] = vd_draw_default();
+        draws[i].mesh = soup(context, sheets[i], 3);
+        draws[i].cull = VD_CULL_NONE;
+        draws[i].shader = vd_shader_find(VD_SHADING_FLAT);
+        draws[i].material_count = 1;
+    }
+    const vd_camera camera = flat_camera();
+    vd_raster_stats stats;
+    for (int kind = 0; kind < 3; kind++) {
+        uint64_t all = 0;
+        for (int i = 0; i < DRAWS; i++) {
+            draws[i].materials = &materials[kind];
+            all += weights[kind] * areas[i];
+        }
+        for (int m = 0; m < VD_RASTER_METHOD_COUNT; m++) {
+            vd_raster_def def = vd_raster_def_default();
+            def.samples = 4;
+            def.method = (vd_raster_method)m;
+            vd_frame *two = draw_frame(context, &def, &camera, draws, 2, WIDE, HIGH, NULL);
+            vd_frame *four = draw_frame(context, &def, &camera, draws, 4, WIDE, HIGH, NULL);
+            for (int k = 0; k < 2; k++) {
+                def.most_pixels = k == 0 ? all : weights[kind] * (2 * areas[0] + areas[1] - 1);
+                vd_frame *got = draw_frame(context, &def, &camera, draws, 4, WIDE, HIGH, &stats);
+                assert_same_frames(got, k == 0 ? four : two);
+                assert_int_equal(stats.left_out, 2 * k);
+                assert_int_equal(stats.covered, all);
+                vd_frame_destroy(&got);
+            }
+            vd_frame_destroy(&two);
+            vd_frame_destroy(&four);
+        }
+    }
+    vd_raster_def def = vd_raster_def_default();
+    def.most_pixels = 1000000; /* culled, it covers nothing */
+    for (int k = 0; k < 2; k++) {
+        draws[0].cull = k == 0 ? VD_CULL_BACK : VD_CULL_FRONT;
+        vd_frame *got = draw_frame(context, &def, &camera, draws, 1, WIDE, HIGH, &stats);
+        assert_true((stats.covered == 0) == (stats.hits == 0));
+        vd_frame_destroy(&got);
+    }
+    for (int i = 0; i < DRAWS; i++) {
+        vd_mesh_destroy(context, (vd_mesh **)&draws[i].mesh);
+    }
+    vd_context_destroy(&context);
+}
+
+/* Of 29 sheets of glass the farthest are seen. */
+static void layers_have_a_bound(void **state) {
+    (void)state;
+    enum { SHEETS = 29 };
+    float positions[SHEETS * 9];
+    for (int i = 0; i < SHEETS; i++) {
+        const float z = 0.9f - 0.8f * (float)i / SHEETS; /* the farthest first */
+        const float sheet[9] = {-10, -10, z, -10, 90, z, 90, -10, z};
+        memcpy(positions + 9 * i, sheet, sizeof sheet);
+    }
+    vd_context *context = test_context(2, VD_ISA_AUTO);
+    vd_material glass = vd_material_default();
+    glass.blend = true;
+    glass.alpha = 0.3f;
+    vd_draw draw = vd_draw_default();
+    draw.materials = &glass;
+    draw.material_count = 1;
+    draw.cull = VD_CULL_NONE;
+    draw.shader = vd_shader_find(VD_SHADING_FLAT);
+    const vd_camera camera = flat_camera();
+    static const int limits[][2] = {{0, SHEETS}, {1, 8}, {8, 8}, {9, 16}, {24, 24}, {25, SHEETS}};
+    for (size_t i = 0; i < sizeof limits / sizeof limits[0]; i++) {
+        vd_mesh *all = soup(context, positions, 3 * SHEETS);
+        vd_mesh *far = soup(context, positions, 3 * (size_t)limits[i][1]);
+        vd_raster_def def = vd_raster_def_default();
+        draw.mesh = far;
+        vd_frame *expected = draw_frame(context, &def, &camera, &draw, 1, 40, 30, NULL);
+        def.most_layers = limits[i][0];
+        draw.mesh = all;
+        vd_frame *got = draw_frame(context, &def, &camera, &draw, 1, 40, 30, NULL);
+        assert_same_frames(got, expected);
+        vd_frame_destroy(&got);
+        vd_frame_destroy(&expected);
+        vd_mesh_destroy(context, &all);
+        vd_mesh_destroy(context, &far);
+    }
+    vd_raster_def def = vd_raster_def_default();
+    vd_frame *frame = NULL;
+    vd_raster *raster = NULL;
+    assert_ok(vd_frame_create(context, 4, 4, 0, &frame));
+    assert_ok(vd_raster_create(context, &raster));
+    def.most_layers = -1;
+    const vd_status status = vd_raster_render(raster, NULL, &def, &camera, &draw, 0, frame, NULL);
+    assert_int_equal(status.code, VD_ERROR_ARGUMENT);
+    assert_non_null(strstr(status.message, "most_layers"));
+    vd_raster_destroy(&raster);
+    vd_frame_destroy(&frame);
+    vd_context_destroy(&context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(methods_agree),
         cmocka_unit_test(sheets_are_painted_in_order),
         cmocka_unit_test(holes_show_what_is_behind),
         cmocka_unit_test(windows_make_the_picture),
+        cmocka_unit_test(what_covers_too_much_is_left_out),
+        cmocka_unit_test(layers_have_a_bound),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

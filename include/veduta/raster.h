@@ -83,6 +83,12 @@ typedef struct vd_raster_def {
      * of the immediate one and their fine tiles, 4 to 16 pixels and at most 16 a bin's side. */
     int bin_pixels, fine_pixels, tile_pixels;
     int small_pixels; /* bounding boxes up to this many pixels count as small triangles */
+    /* For what others have sent, which may take any time to draw; 0: no limit. Pixels of the boxes
+     * around primitives; those of tested materials count 16 times, of ones that blend 32 times.
+     * From the draw on with which it is more, draws are left out. And how many things that blend a
+     * sample shows, rounded up to a multiple of 8: the farthest. */
+    uint64_t most_pixels;
+    int most_layers;
 } vd_raster_def;
 
 /* Automatic method, 1 sample, transparent black. */
@@ -93,6 +99,8 @@ typedef struct vd_raster_stats {
     uint64_t clipped;    /* cut at the near or far plane or the guard band */
     uint64_t drawn;      /* neither culled nor outside nor between samples; 0 when unknown */
     uint64_t hits;       /* samples that show something */
+    uint64_t covered; /* pixels as most_pixels counts them, of what was left out too; 0 without */
+    int left_out;     /* draws */
 } vd_raster_stats;
 
 /* A renderer: the memory that drawing needs, kept from frame to frame. One call at a time. */

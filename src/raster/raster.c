@@ -57,6 +57,10 @@ static vd_status check_def(const vd_raster_def *def, const vd_camera *camera) {
                           "4, 8 or 16 and bins of at most 16 a side, or 0",
                           fine, bin);
     }
+    if (def->most_layers < 0) {
+        return vd_failure(VD_ERROR_ARGUMENT, "the raster's most_layers is %d; give 0 for all",
+                          def->most_layers);
+    }
     if (!(def->far_m == 0.0 || (def->far_m > camera->near_m && isfinite(def->far_m)))) {
         return vd_failure(VD_ERROR_ARGUMENT,
                           "the raster's far distance is %g m; give more than the near distance, "
@@ -288,6 +292,7 @@ vd_status vd_raster_prepare(vd_raster *raster, vd_job *job, const vd_raster_def 
     scene->height = frame->height;
     premultiply(def->background, scene->background);
     raster->prepared = raster->bare = false;
+    raster->most_passes = (def->most_layers + VD_BLENDED_LAYERS - 1) / VD_BLENDED_LAYERS;
     status = init_drawings(raster, def, camera, draws, count, frame);
     if (status.code == VD_OK) {
         status = vd_raster_choose(raster, def);
@@ -297,6 +302,9 @@ vd_status vd_raster_prepare(vd_raster *raster, vd_job *job, const vd_raster_def 
         const uint32_t vertices = run.drawing->mesh->vertex_count;
         const int tasks = (int)((vertices + VERTICES_A_TASK - 1) / VERTICES_A_TASK);
         status = vd_parallel_for(raster->context, job, tasks, run_vertices, &run);
+    }
+    if (status.code == VD_OK) {
+        status = vd_raster_limit(raster, job, def->most_pixels);
     }
     if (status.code == VD_OK) {
         status = vd_raster_sort(raster, job);
@@ -314,10 +322,11 @@ vd_status vd_raster_prepare(vd_raster *raster, vd_job *job, const vd_raster_def 
  * else. */
 static uint64_t blend_tile(vd_raster *raster, vd_worker *worker, int x, int y) {
     vd_target *target = worker->target;
+    int passes = 0;
     vd_target_begin_blended(target);
     do {
         vd_raster_add_blended(raster, worker, target, x, y);
-    } while (vd_target_blend(target));
+    } while (vd_target_blend(target) && ++passes != raster->most_passes);
     uint64_t hits = 0;
     for (int s = 0; s < target->samples; s++) {
         for (int row = 0; row < target->height; row++) {
@@ -384,6 +393,8 @@ vd_status vd_raster_render(vd_raster *raster, vd_job *job, const vd_raster_def *
     if (stats != NULL) {
         memset(stats, 0, sizeof *stats);
         stats->primitives = raster->primitives;
+        stats->covered = raster->covered;
+        stats->left_out = raster->left_out;
         for (int i = 0; i < raster->thread_count; i++) {
             stats->hits += raster->workers[i].hits;
             stats->clipped += raster->workers[i].sorter.clipped;

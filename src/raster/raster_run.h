@@ -24,6 +24,7 @@ typedef struct vd_worker {
     vd_visible window;
     int window_tile; /* the tile size that `touched` counts in */
     uint64_t hits;
+    uint64_t covered; /* pixels, in raster_limit.c */
 } vd_worker;
 
 void vd_worker_finish(vd_context *context, vd_worker *worker);
@@ -47,6 +48,9 @@ struct vd_raster {
     vd_buffer drawings, order;
     vd_scene scene;
     uint64_t primitives;
+    uint64_t covered; /* pixels of the boxes around them; 0: not asked for */
+    int left_out;     /* draws */
+    int most_passes;  /* of what blends */
     const vd_method *method;
     const vd_raster_kernels *kernels;
     int bin, fine, tile, tiles_x, tiles_y;
@@ -55,6 +59,10 @@ struct vd_raster {
     bool prepared;
     bool bare; /* the picture is made of depths alone */
 };
+
+/* Leaves draws out, from the one on that covers more than `most` together with those before it.
+ * most 0: none. */
+VD_MUST_USE vd_status vd_raster_limit(vd_raster *raster, vd_job *job, uint64_t most);
 
 /* Sorts all primitives of the scene. */
 VD_MUST_USE vd_status vd_raster_sort(vd_raster *raster, vd_job *job);
