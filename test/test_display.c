@@ -537,6 +537,63 @@ static void opaque_rectangles_are_opaque(void **state) {
     assert_true(found > 1000);
 }
 
+/* Nothing is drawn outside of what a quad is said to cover. */
+static void areas_are_bounds(void **state) {
+    (void)state;
+    static uint8_t texels[4 * 4];
+    memset(texels, 255, sizeof texels);
+    vd_context *context = test_context(1, VD_ISA_AUTO);
+    vd_frame *frame = make_frame(context, 60, 40);
+    vd_quad quad = {.picture = {texels, 2, 2, 2, {0}}, .opacity = 255};
+    const vd_display_def def = {.near_m = 0.5f};
+    vd_display *display = NULL;
+    assert_ok(vd_display_create(context, &display));
+    uint64_t random = 8;
+    int seen = 0, none = 0;
+    for (int i = 0; i < (test_is_reduced() ? 500 : 20000); i++) {
+        for (int k = 0; k < 4; k++) { /* a parallelogram, some of it behind the eye now and then */
+            vd_quad_corner *c = &quad.corners[k];
+            const vd_quad_corner *a = quad.corners;
+            *c = k == 2 ? a[1]
+                        : (vd_quad_corner){(float)(400 * test_uniform(&random) - 150),
+                                           (float)(300 * test_uniform(&random) - 120),
+                                           (float)(6 * test_uniform(&random) - 1.5)};
+        }
+        const vd_quad_corner *a = quad.corners;
+        quad.corners[2] = (vd_quad_corner){a[1].x + a[3].x - a[0].x, a[1].y + a[3].y - a[0].y,
+                                           a[1].w + a[3].w - a[0].w};
+        fill(frame, 0);
+        assert_ok(vd_display_draw(display, NULL, frame, &quad, 1, &def));
+        int pixels = 0;
+        for (int y = 0; y < 40; y++) {
+            for (int x = 0; x < 60; x++) {
+                pixels += frame->rgba[4 * (frame->stride * (size_t)y + (size_t)x) + 3] != 0;
+            }
+        }
+        const double area = vd_quad_pixels(&quad, def.near_m, 60, 40);
+        assert_true(area >= 0 && area <= 60 * 40);
+        assert_true(pixels <= area + 60 + 40 + 1);
+        assert_true(area > 0 || pixels == 0);
+        seen += pixels > 0;
+        none += area == 0;
+    }
+    assert_true(seen > 50 && none > 50);
+    /* What is beside the picture covers nothing of it, though it comes through the near plane. */
+    display_scene_screen(&quad, 10, 5, 20, 30, 2);
+    assert_true(fabs(vd_quad_pixels(&quad, 0.5f, 60, 40) - 20 * 30) < 1e-3);
+    assert_true(fabs(vd_quad_pixels(&quad, 0.5f, 20, 10) - 10 * 5) < 1e-3);
+    assert_true(vd_quad_pixels(&quad, 3.0f, 60, 40) == 0.0);
+    const vd_quad_corner beside[4] = {{-9, 0, 2}, {-9, 0, -2}, {-9, 9, -2}, {-9, 9, 2}};
+    memcpy(quad.corners, beside, sizeof beside);
+    assert_true(vd_quad_pixels(&quad, 0.5f, 60, 40) == 0.0);
+    quad.corners[1].x = NAN;
+    quad.corners[3].w = INFINITY;
+    assert_true(vd_quad_pixels(&quad, 0.5f, 60, 40) >= 0.0);
+    vd_display_destroy(&display);
+    vd_frame_destroy(&frame);
+    vd_context_destroy(&context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(levels_equal_the_reference),
@@ -550,6 +607,7 @@ int main(void) {
         cmocka_unit_test(bad_input_is_refused),
         cmocka_unit_test(memory),
         cmocka_unit_test(opaque_rectangles_are_opaque),
+        cmocka_unit_test(areas_are_bounds),
     };
     return cmocka_run_group_tests_name("display", tests, NULL, NULL);
 }

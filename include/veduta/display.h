@@ -92,6 +92,20 @@ VD_API VD_MUST_USE vd_status vd_display_draw(vd_display *display, vd_job *job, v
                                              const vd_quad *quads, int count,
                                              const vd_display_def *def);
 
+/* ---- for who draws what others order ----------------------------------------------------------
+ * A server may order anything, such as one large picture ten thousand times. */
+
+/* Most of a frame's pixels that a client's pictures cover, in times the frame: what is ordered
+ * after that is left out. Worlds have an overdraw below 5. */
+#define VD_DISPLAY_MOST_SCREENS 64
+
+/* No sound server orders that much: a client leaves one that does. */
+#define VD_DISPLAY_ABSURD_SCREENS 1024
+
+/* Returns the area, pixels, of the rectangle around what a quad covers of a width × height frame:
+ * what of it is not nearer than near_m. Corners that are not finite count as none. */
+VD_API double vd_quad_pixels(const vd_quad *quad, float near_m, int width, int height);
+
 VD_END_DECLARATIONS
 
 #endif

@@ -50,6 +50,39 @@ bool vd_display_check(const vd_quad *quad, const char **field) {
            p->opaque[1] <= p->opaque[3] && p->opaque[2] <= p->width && p->opaque[3] <= p->height;
 }
 
+/* Takes a point into the box that `low` and `high` are. */
+static void widen(double low[2], double high[2], double x, double y) {
+    const double at[2] = {x, y};
+    for (int k = 0; k < 2; k++) {
+        low[k] = at[k] < low[k] ? at[k] : low[k];
+        high[k] = at[k] > high[k] ? at[k] : high[k];
+    }
+}
+
+double vd_quad_pixels(const vd_quad *quad, float near_m, int width, int height) {
+    const double near = (double)near_m, most[2] = {width, height};
+    double low[2] = {width, height}, high[2] = {0, 0};
+    for (int i = 0; i < 4; i++) {
+        const vd_quad_corner c = quad->corners[i], d = quad->corners[(i + 1) & 3];
+        const vec3 a = {c.x, c.y, c.w}, b = {d.x, d.y, d.w};
+        if (a.w >= near) {
+            widen(low, high, a.x / a.w, a.y / a.w);
+        }
+        if ((a.w >= near) != (b.w >= near)) { /* where the side comes through the near plane */
+            const double t = (near - a.w) / (b.w - a.w);
+            widen(low, high, (a.x + t * (b.x - a.x)) / near, (a.y + t * (b.y - a.y)) / near);
+        }
+    }
+    for (int k = 0; k < 2; k++) {
+        low[k] = low[k] > 0 ? low[k] : 0;
+        high[k] = high[k] < most[k] ? high[k] : most[k];
+        if (!(high[k] > low[k])) {
+            return 0;
+        }
+    }
+    return (high[0] - low[0]) * (high[1] - low[1]);
+}
+
 static vd_display_edge make_edge(double a, double b, double c, bool closed) {
     return (vd_display_edge){a, b, c, a != 0.0 ? 1.0 / a : 0.0, closed};
 }
