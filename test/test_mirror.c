@@ -376,6 +376,71 @@ static void orders_replacements_and_drops(void **state) {
     end();
 }
 
+/* Orders pictures, and returns how many are drawn. */
+static int ordered(const uint64_t *ids, int count) {
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    camera.eye = vd_vec3_make(0, 0, 0);
+    camera.orientation = vd_orientation_from_angles(0.0, 0.0, 0.0);
+    const vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, count}}};
+    vd_client_shown shown;
+    say(0, &order);
+    assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, e.frame, &shown));
+    pass(0.01);
+    return shown.quads;
+}
+
+/* The one in the picture's middle. */
+static int middle(void) {
+    return e.frame->rgba[4 * (e.frame->stride * (HEIGHT / 2) + WIDTH / 2)];
+}
+
+static void orders_have_a_bound(void **state) {
+    (void)state;
+    static uint8_t glass[8 * 8 * 4], white[8 * 8 * 4];
+    static uint64_t ids[65536];
+    memset(glass, 20, sizeof glass);
+    memset(white, 255, sizeof white);
+    start();
+    vd_wire_message m = picture(1, 8, glass);
+    for (int i = 0; i < 4; i++) { /* fills the screen */
+        m.as.impostor.corners[i][0] *= 99;
+        m.as.impostor.corners[i][2] *= 99;
+    }
+    say(0, &m);
+    m.as.impostor.id = 2; /* behind the eye */
+    for (int i = 0; i < 4; i++) {
+        m.as.impostor.corners[i][1] = -9;
+    }
+    say(0, &m);
+    m.as.impostor.id = 3; /* from behind to before the eye, but beside the picture */
+    const float beside[4][3] = {{-99, -9, 9}, {-99, 9, 9}, {-99, 9, -9}, {-99, -9, -9}};
+    memcpy(m.as.impostor.corners, beside, sizeof beside);
+    say(0, &m);
+    m = picture(4, 8, white);
+    say(0, &m);
+    for (int i = 0; i < 65536; i++) {
+        ids[i] = 1;
+    }
+    ids[900] = 4; /* what comes when the screen was filled too often is left out */
+    assert_int_equal(ordered(ids, 901), VD_DISPLAY_MOST_SCREENS);
+    assert_true(middle() < 255);
+    assert_int_equal(news().state, VD_CLIENT_SHOWING);
+    assert_int_equal(news().ordered, 901);
+    for (int i = 0; i < 60000; i++) {
+        ids[i] = 2 + (uint64_t)(i & 1);
+    }
+    ids[60000] = 4; /* those before it fill nothing */
+    assert_true(ordered(ids, 60001) >= 1);
+    assert_int_equal(middle(), 255);
+    assert_int_equal(news().state, VD_CLIENT_SHOWING);
+    for (int i = 0; i < 65536; i++) {
+        ids[i] = 1;
+    }
+    assert_int_equal(ordered(ids, 65536), VD_DISPLAY_MOST_SCREENS);
+    assert_int_equal(news().ordered, 0);
+    expect(VD_CLIENT_REFUSED, "a thousand times");
+}
+
 /* ---- addresses --------------------------------------------------------------------------------*/
 
 static void addresses_are_read(void **state) {
@@ -428,6 +493,7 @@ int main(void) {
         cmocka_unit_test(every_fault_has_a_sentence),
         cmocka_unit_test(goodbyes_are_told_apart),
         cmocka_unit_test(orders_replacements_and_drops),
+        cmocka_unit_test(orders_have_a_bound),
         cmocka_unit_test(addresses_are_read),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -350,6 +350,51 @@ static void impossible_places_are_left_out(void **state) {
     end();
 }
 
+/* Models whose triangles all fill the screen: a few are drawn in time, thousands are refused. */
+static void what_fills_the_screen_has_a_bound(void **state) {
+    (void)state;
+    const vd_camera camera = start();
+    size_t bytes = 0;
+    uint8_t *block = pack_ball(&bytes);
+    const vd_wire_message model = block_message(block, bytes);
+    vd_wire_message light = {.kind = VD_WIRE_LIGHT};
+    light.as.light.light = vd_light_daylight(2.0, 0.7);
+    say(&model);
+    say(&light);
+    static uint64_t ids[8192];
+    /* All around the eye: a ball's middle is 6 m above its origin. */
+    vd_wire_message m =
+        place_message(9, vd_vec3_subtract(camera.eye, vd_vec3_make(0, 0, 6 * 500.0)));
+    for (int k = 0; k < 3; k++) {
+        m.as.instance.place.axes[k][k] = 500.0f;
+    }
+    say(&m);
+    for (int i = 0; i < 8192; i++) {
+        ids[i] = 9;
+    }
+    vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, 20}}};
+    vd_client_shown shown;
+    uint64_t few = 0, hash = 0;
+    say(&order);
+    assert_true(drawn(&camera, &shown, &few) > 0);
+    order.as.order.ids.count = 300; /* those after are left out, and hidden anyway */
+    say(&order);
+    (void)drawn(&camera, &shown, &hash);
+    assert_true(hash == few);
+    pass(0.01);
+    assert_int_equal(news().state, VD_CLIENT_SHOWING);
+    order.as.order.ids.count = 8192;
+    say(&order);
+    (void)drawn(&camera, &shown, &hash);
+    pass(0.01);
+    vd_release(e.context, block);
+    const vd_client_news n = news();
+    assert_int_equal(n.state, VD_CLIENT_REFUSED);
+    assert_non_null(strstr(n.sentence, "a thousand times"));
+    assert_int_equal(drawn(&camera, &shown, &hash), 0);
+    end();
+}
+
 /* Says something and expects to be told that it was wrong. */
 static void refuse(const vd_wire_message *m, const char *part) {
     say(m);
@@ -401,6 +446,7 @@ int main(void) {
         cmocka_unit_test(memory_is_kept),
         cmocka_unit_test(what_is_ordered_is_drawn),
         cmocka_unit_test(impossible_places_are_left_out),
+        cmocka_unit_test(what_fills_the_screen_has_a_bound),
         cmocka_unit_test(damaged_blocks_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -241,14 +241,14 @@ static vd_status draw(scene *s) {
     const vd_placed_window window = {frame->rgba, width, height, frame->stride};
     const vd_display_def def = {.near_m = (float)camera.near_m};
     int first = 0, second = 0;
-    status =
-        vd_placer_draw(s->placer, NULL, &s->light, &camera, placed, (int)behind, &window, &first);
+    status = vd_placer_draw(s->placer, NULL, &s->light, &camera, placed, (int)behind, &window, NULL,
+                            &first);
     if (status.code == VD_OK) {
         status = vd_display_draw(s->display, NULL, frame, &quad, 1, &def);
     }
     if (status.code == VD_OK) {
         status = vd_placer_draw(s->placer, NULL, &s->light, &camera, placed + behind,
-                                (int)(count - behind), &window, &second);
+                                (int)(count - behind), &window, NULL, &second);
     }
     const uint64_t hash = display_scene_hash(frame);
     put_word(s, (uint32_t)(first + second));

@@ -10,8 +10,8 @@
  *
  * The native client and the page in a browser are made of the same file (src/world/placed.c): no
  * threads, files or clock but those of the context, and the same bytes. Numbers may come from a
- * hostile server: whatever they are, a call ends in time in proportion to the window and
- * VD_PLACED_MOST.
+ * hostile server: whatever they are, a frame ends in time in proportion to the window and the
+ * limits below.
  */
 #ifndef VEDUTA_PLACED_H
 #define VEDUTA_PLACED_H
@@ -21,12 +21,16 @@
 
 VD_BEGIN_DECLARATIONS
 
-/* Primitives and vertices of a call; what comes after that is left out. */
+/* Of a frame's calls together: primitives and vertices; calls; and pixels of the boxes around
+ * primitives (vd_raster_def.most_pixels) in times the window's. What comes after that is left out,
+ * or a server could ask for the work of a minute. Of things that blend a pixel shows so many. */
 #define VD_PLACED_MOST ((uint64_t)1 << 20)
-
-/* Calls that a client makes for one frame: runs of instances in an order beyond that are left out,
- * or a server could ask for the work of a minute. */
 #define VD_PLACED_RUNS 16
+#define VD_PLACED_SCREENS 256
+#define VD_PLACED_LAYERS 32
+
+/* So many times as much no sound server asks for: a client leaves one that does. */
+#define VD_PLACED_ABSURD 4
 
 typedef struct vd_place {
     vd_vec3 origin;   /* where the model's own origin stands: world, metres */
@@ -55,13 +59,23 @@ typedef struct vd_placer vd_placer;
 VD_API VD_MUST_USE vd_status vd_placer_create(vd_context *context, vd_placer **out);
 VD_API void vd_placer_destroy(vd_placer **placer);
 
+/* What was asked for in a frame so far, drawn or not. Zeros before its first call. */
+typedef struct vd_placed_account {
+    int runs;
+    uint64_t primitives, pixels;
+} vd_placed_account;
+
+/* Whether that is more than any sound server asks for. */
+VD_API bool vd_placed_is_absurd(const vd_placed_account *account, int width, int height);
+
 /* Draws `count` models over the window, 4 samples a pixel. Of `light`, zenith and nadir do not
- * matter. `drawn` gets how many were in sight (may be null), and so may `job` be. Returns
- * VD_ERROR_MEMORY, VD_ERROR_ARGUMENT (the camera) or VD_ERROR_CANCELLED; the window is then as it
- * was. */
+ * matter. `account` is that of the frame; null: the call is all of it. `drawn` gets how many were
+ * in sight (may be null), and so may `job` be. Returns VD_ERROR_MEMORY, VD_ERROR_ARGUMENT (the
+ * camera) or VD_ERROR_CANCELLED; the window is then as it was. */
 VD_API VD_MUST_USE vd_status vd_placer_draw(vd_placer *placer, vd_job *job, const vd_light *light,
                                             const vd_camera *camera, const vd_placed *placed,
-                                            int count, const vd_placed_window *window, int *drawn);
+                                            int count, const vd_placed_window *window,
+                                            vd_placed_account *account, int *drawn);
 
 VD_END_DECLARATIONS
 

@@ -166,6 +166,7 @@ void vd_mirror_open(vd_mirror *m, double now_s) {
     m->news.connections++;
     m->wanted_is_new = looked;
     m->settings_are_new = true;
+    m->absurd = false;
     /* Whoever answers may show another world: what stands there is exact no more. */
     m->screen.exact = false;
     pthread_mutex_unlock(&m->lock);
@@ -265,6 +266,15 @@ void vd_mirror_work(vd_mirror *m, double now_s) {
         return;
     }
     vd_wire_message settings = {.kind = VD_WIRE_SETTINGS}, camera = {.kind = VD_WIRE_CAMERA};
+    pthread_mutex_lock(&m->lock);
+    const bool absurd = m->absurd;
+    m->absurd = false;
+    pthread_mutex_unlock(&m->lock);
+    if (absurd) {
+        vd_mirror_fail(m, VD_WIRE_FAULT_TOO_MUCH, "its pictures and models would fill the screen "
+                                                  "a thousand times over; order fewer");
+        return;
+    }
     pthread_mutex_lock(&m->lock);
     const bool set = m->settings_are_new, look = m->wanted_is_new && !m->unanswered;
     settings.as.settings = m->settings;

@@ -29,7 +29,14 @@ static bool make_room(vd_mirror *m, int count) {
 typedef struct gathered {
     int quads, placed, kept;
     vd_light light;
+    int width, height; /* of the frame */
+    double pixels;     /* that quads cover, those too that are left out for it */
+    vd_placed_account account;
 } gathered;
+
+static double screens(const gathered *s, double count) {
+    return count * s->width * s->height;
+}
 
 /* Adds a quad; one that no camera could show is left out. */
 static void add(vd_mirror *m, gathered *s, vd_kept *kept, const int opaque[4],
@@ -43,6 +50,10 @@ static void add(vd_mirror *m, gathered *s, vd_kept *kept, const int opaque[4],
     memcpy(quad->picture.opaque, opaque, sizeof quad->picture.opaque);
     if (kept->width < 2 || kept->height < 2 || kept->width > VD_MAX_SIDE ||
         kept->height > VD_MAX_SIDE || vd_quad_place(quad, camera, corners).code != VD_OK) {
+        return;
+    }
+    s->pixels += vd_quad_pixels(quad, vd_display_def_default().near_m, s->width, s->height);
+    if (s->pixels > screens(s, VD_DISPLAY_MOST_SCREENS)) {
         return;
     }
     kept->references++;
@@ -82,8 +93,8 @@ static void add_screen(vd_mirror *m, gathered *to, const vd_camera *camera) {
 }
 
 /* What is to be drawn, farthest first. */
-static gathered gather(vd_mirror *m, const vd_camera *camera, bool screen) {
-    gathered s = {.light = m->light};
+static gathered gather(vd_mirror *m, const vd_camera *camera, const vd_frame *frame, bool screen) {
+    gathered s = {.light = m->light, .width = frame->width, .height = frame->height};
     if (screen) {
         add_screen(m, &s, camera);
         return s;
@@ -101,11 +112,11 @@ static gathered gather(vd_mirror *m, const vd_camera *camera, bool screen) {
 
 /* Draws runs of quads and of models in turn, as the order has them. */
 static vd_status draw_all(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_frame *frame,
-                          const gathered *s, int *models) {
+                          gathered *s, int *models) {
     const vd_placed_window window = {frame->rgba, frame->width, frame->height, frame->stride};
     vd_status status = vd_success();
     memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
-    for (int q = 0, i = 0, runs = 0; status.code == VD_OK && (q < s->quads || i < s->placed);) {
+    for (int q = 0, i = 0; status.code == VD_OK && (q < s->quads || i < s->placed);) {
         const int until = i < s->placed ? m->behind[i] : s->quads;
         int run = 0, drawn = 0;
         while (i + run < s->placed && m->behind[i + run] == until) {
@@ -114,15 +125,20 @@ static vd_status draw_all(vd_mirror *m, vd_job *job, const vd_camera *camera, vd
         if (until > q) {
             status = vd_display_draw(m->display, job, frame, m->quads + q, until - q, NULL);
         }
-        if (status.code == VD_OK && run > 0 && runs++ < VD_PLACED_RUNS) {
+        if (status.code == VD_OK && run > 0) {
             status = vd_placer_draw(m->placer, job, &s->light, camera, m->placed + i, run, &window,
-                                    &drawn);
+                                    &s->account, &drawn);
         }
         *models += drawn;
         q = until;
         i += run;
     }
     return status;
+}
+
+static bool is_absurd(const gathered *s) {
+    return s->pixels > screens(s, VD_DISPLAY_ABSURD_SCREENS) ||
+           vd_placed_is_absurd(&s->account, s->width, s->height);
 }
 
 static void copy(const vd_kept *from, vd_frame *to) {
@@ -150,7 +166,7 @@ vd_status vd_mirror_draw(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_
         whole = s->kept;
         whole->references++;
     } else if (room) {
-        what = gather(m, camera, made.screen);
+        what = gather(m, camera, frame, made.screen);
     }
     pthread_mutex_unlock(&m->lock);
     vd_status status =
@@ -166,6 +182,10 @@ vd_status vd_mirror_draw(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_
     vd_mirror_release(m, whole);
     for (int i = 0; i < what.kept; i++) {
         vd_mirror_release(m, m->drawn[i]);
+    }
+    if (is_absurd(&what)) { /* the thread of the connection tells the server */
+        m->absurd = true;
+        m->order_count = 0;
     }
     pthread_mutex_unlock(&m->lock);
     if (shown != NULL) {

@@ -46,6 +46,7 @@ struct vd_mirror {
     int held_count, held_room;
     uint64_t *order; /* [order_count] */
     int order_count, order_room;
+    bool absurd; /* the server ordered more than a frame can be drawn of */
     vd_mirror_screen screen;
     vd_light light; /* of what is placed */
     bool has_light;

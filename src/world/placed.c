@@ -207,7 +207,8 @@ static vd_status add_item(vd_placer *g, const vd_camera *camera, const vd_placed
 
 /* Gathers the draws of all items that may be seen, and where they are. */
 static vd_status gather(vd_placer *g, const vd_camera *camera, const vd_placed *items, int count,
-                        const vd_placed_window *window, rectangle *in, int *drawn) {
+                        const vd_placed_window *window, vd_placed_account *account, rectangle *in,
+                        int *drawn) {
     g->draws.count = g->dresses.count = 0;
     *in = (rectangle){window->width, window->height, 0, 0};
     *drawn = 0;
@@ -215,7 +216,6 @@ static vd_status gather(vd_placer *g, const vd_camera *camera, const vd_placed *
     if (dresses == NULL) {
         return vd_out_of_memory("models to be drawn", (size_t)count * sizeof *dresses);
     }
-    uint64_t cost = 0;
     vd_status status = vd_success();
     for (int i = 0; i < count && status.code == VD_OK; i++) {
         const vd_matrix matrix = matrix_of(&items[i].place);
@@ -225,9 +225,9 @@ static vd_status gather(vd_placer *g, const vd_camera *camera, const vd_placed *
         if (at.x0 >= at.x1 || at.y0 >= at.y1) {
             continue;
         }
-        cost += cost_of(items[i].model);
-        if (cost > VD_PLACED_MOST) {
-            break;
+        account->primitives += cost_of(items[i].model);
+        if (account->primitives > VD_PLACED_MOST) {
+            continue;
         }
         status = add_item(g, camera, &items[i], &matrix, &dresses[i]);
         *in = join(*in, at);
@@ -266,17 +266,31 @@ static void blend_rows(void *user, int index, int worker) {
 
 /* ---- all of it --------------------------------------------------------------------------------*/
 
+static uint64_t most_pixels(int width, int height) {
+    return VD_PLACED_SCREENS * (uint64_t)width * (uint64_t)height;
+}
+
+bool vd_placed_is_absurd(const vd_placed_account *account, int width, int height) {
+    return account->primitives > VD_PLACED_ABSURD * VD_PLACED_MOST ||
+           account->pixels > VD_PLACED_ABSURD * most_pixels(width, height);
+}
+
 /* Draws what was gathered into a frame of its own and blends that over the window. */
 static vd_status draw(vd_placer *g, vd_job *job, const vd_camera *camera,
-                      const vd_placed_window *window, rectangle in) {
+                      const vd_placed_window *window, rectangle in, vd_placed_account *account) {
     const int width = in.x1 - in.x0, height = in.y1 - in.y0;
+    const uint64_t most = most_pixels(window->width, window->height);
     vd_raster_def def = vd_raster_def_default();
+    vd_raster_stats stats = {.covered = 0};
     def.samples = SAMPLES;
+    def.most_pixels = most - account->pixels;
+    def.most_layers = VD_PLACED_LAYERS;
     vd_status status = vd_frame_fit(g->context, width, height, 0, &g->frame, &g->frame_pixels);
     if (status.code == VD_OK) {
         vd_frame_forget_objects(g->frame);
         status = vd_raster_render(g->raster, job, &def, camera, g->draws.data, (int)g->draws.count,
-                                  g->frame, NULL);
+                                  g->frame, &stats);
+        account->pixels += stats.covered;
     }
     if (status.code == VD_OK) {
         blending b = {g->frame, window, in};
@@ -288,17 +302,22 @@ static vd_status draw(vd_placer *g, vd_job *job, const vd_camera *camera,
 
 vd_status vd_placer_draw(vd_placer *g, vd_job *job, const vd_light *light, const vd_camera *camera,
                          const vd_placed *items, int count, const vd_placed_window *window,
-                         int *drawn) {
+                         vd_placed_account *account, int *drawn) {
     rectangle in;
     int seen = 0;
-    vd_status status =
-        count > 0 ? gather(g, camera, items, count, window, &in, &seen) : vd_success();
+    vd_placed_account own = {.runs = 0};
+    account = account != NULL ? account : &own;
+    const bool fits = account->runs++ < VD_PLACED_RUNS &&
+                      account->pixels < most_pixels(window->width, window->height);
+    vd_status status = fits && count > 0
+                           ? gather(g, camera, items, count, window, account, &in, &seen)
+                           : vd_success();
     if (status.code == VD_OK && seen > 0) {
         vd_camera cut = *camera;
         cut.lens.cx -= in.x0;
         cut.lens.cy -= in.y0;
         vd_world_light_aim(&g->light, light, &cut, NULL, NULL, 1.0, false);
-        status = draw(g, job, &cut, window, in);
+        status = draw(g, job, &cut, window, in, account);
     }
     if (drawn != NULL) {
         *drawn = status.code == VD_OK ? seen : 0;

@@ -22,7 +22,8 @@ function add(slot, block) {
     return wasm.vd_wasm_model_add(slot, room, block.length);
 }
 
-const order = wasm.vd_wasm_scene_create(64, 65536);
+const MOST = 8192;
+const order = wasm.vd_wasm_scene_create(MOST, 65536);
 if (wasm.vd_wasm_placed_create(ARENA) === 0) {
     fail('no memory for models');
 }
@@ -77,6 +78,28 @@ for (let frame = 0; frame < frames; frame++) {
 }
 if (frames === 0 || shown < 2 * frames) {
     fail('too little happened');
+}
+
+// Thousands of balls around the eye, whose triangles all fill the screen: most of them are left out.
+{
+    const [width, height] = [320, 192];
+    write(camera, [0, 0, 0, -Math.SQRT1_2, 0, 0, Math.SQRT1_2, 200, 200, 160, 96, 0.1]);
+    write(place, [0, 0, 0, 500, 0, 0, 0, 500, 0, 0, 0, 500, 1, 0, 0, 0, 0]);
+    wasm.vd_wasm_instance_add(0, 0, place);
+    const mark = wasm.vd_wasm_mark(), rgba = wasm.vd_wasm_take(4 * width * height);
+    const memory = new DataView(wasm.memory.buffer);
+    for (const count of [MOST, 1]) {
+        for (let i = 0; i < count; i++) {
+            memory.setUint32(order + 4 * i, INSTANCES, true);
+        }
+        const start = performance.now();
+        wasm.vd_wasm_scene_draw(camera, rgba, width, height, width, count, 0);
+        console.log(`${count} models that fill the screen: ${(performance.now() - start).toFixed(0)} ms`);
+        if (wasm.vd_wasm_scene_is_absurd() !== (count === 1 ? 0 : 1)) {
+            fail(`${count} models that fill the screen are taken for sound, or not`);
+        }
+    }
+    wasm.vd_wasm_return(mark);
 }
 
 // Damaged blocks are refused, and the room that they took is there again.

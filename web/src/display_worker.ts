@@ -57,6 +57,7 @@ class Display {
     private lastMs = 0;
     private draggedMs = -Infinity; // when it was last turned or moved by a pointer
     private drawn = { width: 0, height: 0 };
+    private connection = 0;        // that the last batch came by
     private toldMs = 0;
     private screens: boolean;
     private bounds = false;
@@ -201,6 +202,10 @@ class Display {
     private show(camera: CameraNumbers): void {
         const frame = this.scene.draw(camera, this.screens, this.bounds);
         this.drawn = { width: frame.width, height: frame.height };
+        if (this.scene.absurd) {
+            this.scene.absurd = false;
+            this.post({ to: 'absurd', connection: this.connection });
+        }
         if (this.canvas !== null &&
             (this.canvas.width !== frame.width || this.canvas.height !== frame.height)) {
             this.canvas.width = frame.width;
@@ -252,6 +257,7 @@ class Display {
 
     private takeIn({ connection, batch, items, bytes }: Extract<ToDisplay, { to: 'batch' }>): void {
         let dropped: BigUint64Array = new BigUint64Array(0), fault: string | undefined;
+        this.connection = connection;
         try {
             dropped = this.scene.apply(items);
         } catch (error) {

@@ -40,4 +40,5 @@ export type ToLink =
     | { to: 'taken'; connection: number; batch: number; bytes: number; held: number;
         dropped: BigUint64Array; fault?: string } // fault: what cannot be right
     | { to: 'held'; ids: BigUint64Array; versions: number[] }
+    | { to: 'absurd'; connection: number }            // that was ordered last, see scene.ts
     | { to: 'frames'; framesPerSecond: number; p99: number; shown: number };

@@ -52,6 +52,8 @@ export class Scene {
     private screen: (ScreenItem & { at: number }) | null = null;
     private screenIsNewest = false;
     shown = 0;
+    /** More was ordered than any world takes; what was is forgotten. */
+    absurd = false;
 
     /** `memoryBytes`: what the server was told that pictures take at most. */
     constructor(private readonly wasm: Exports, private readonly memoryBytes: number) {
@@ -354,6 +356,10 @@ export class Scene {
         }
         this.shown = wasm.vd_wasm_scene_draw(this.camera, frame.at, frame.width, frame.height,
                                              frame.stride, count, bounds ? 1 : 0);
+        if (wasm.vd_wasm_scene_is_absurd() !== 0) {
+            this.absurd = true;
+            this.ordered = [];
+        }
         return frame;
     }
 }

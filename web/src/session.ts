@@ -47,6 +47,7 @@ export const WORLD_BYTES = 1 << 20; // most of /world.json
 const MODES = { impostors: 1, screens: 2 };
 const MODELS_BIT = 1 << 8, SCREENS_BIT = 1 << 10;
 const MODEL = 1; // a kind of geometry
+const TOO_MUCH = 6; // an error's code
 
 /** Error codes of the wire, and what helps. */
 const FAULTS: Record<number, [State, Remedy]> = {
@@ -128,11 +129,11 @@ export class Session {
     }
 
     /** The server is at fault: it is told, and left. */
-    private blame(fault: unknown): void {
+    private blame(fault: unknown, code = 1): void {
         const sentence = fault instanceof WireFault ? fault.message
             : `what the server sent could not be used (${String(fault).slice(0, 120)})`;
         try {
-            this.send([{ error: { code: 1, sentence: sentence.slice(0, 120) } }]);
+            this.send([{ error: { code, sentence: sentence.slice(0, 120) } }]);
         } catch { /* it is being left */ }
         this.refuse('refused', `The server sent what cannot be right: ${sentence}`, 'again');
     }
@@ -523,6 +524,12 @@ export class Session {
             break;
         case 'held':
             this.onHeld?.(message);
+            break;
+        case 'absurd':
+            if (message.connection === this.generation) {
+                this.blame(new WireFault('its pictures and models would fill the screen a ' +
+                                         'thousand times over'), TOO_MUCH);
+            }
             break;
         case 'frames':
             this.frames = { frames_per_s: message.framesPerSecond, frame_p99_s: message.p99,

@@ -24,6 +24,7 @@ export interface Exports {
     vd_wasm_fill(rgba: number, height: number, stride: number, color: number): void;
     vd_wasm_scene_draw(camera: number, rgba: number, width: number, height: number, stride: number,
                        count: number, bounds: number): number;
+    vd_wasm_scene_is_absurd(): number;
     vd_wasm_screen_draw(camera: number, rgba: number, width: number, height: number, stride: number,
                         from: number, picture: number, pictureWidth: number,
                         pictureHeight: number): number;

@@ -227,6 +227,7 @@ test('a hostile server cannot crash the page', async () => {
         (c) => c.send({ impostor: { ...flat, width: 16383, height: 16383, codec: 2 } }),
         (c) => c.say({ hello: { version: 1 } }),
         (c) => { c.batch = 7; c.send(order()); },
+        (c) => c.send(order(...Array(20000).fill(7n))),
         (c) => c.send({ screen: { camera: 4e9, codec: 1, width: 1, height: 1,
                                   picture: new Uint8Array(4) } }),
     ];

@@ -140,7 +140,7 @@ test('a recorded server is understood', async () => {
         }
     }
     const items = t.display.flatMap((m) => m.to === 'batch' ? m.items.map(({ kind }) => kind) : []);
-    assert.deepEqual(items, ['impostor', 'order', 'replace', 'drop', 'light', 'instance']);
+    assert.deepEqual(items, ['impostor', 'order', 'replace', 'drop', 'light', 'instance', 'ground']);
     assert.ok(taken.includes('showing'));
 });
 
@@ -282,4 +282,21 @@ test('a world is what its server may say', () => {
     for (const text of ['', 'null', '[]', '5', '{"socket":null}']) {
         assert.equal(readWorld(text), null);
     }
+});
+
+test('who orders what no frame can be drawn of is told so, and left', async () => {
+    const t = await begin();
+    t.socket().onopen();
+    await t.settle();
+    await t.hear(0, { hello: { version: 1 } });
+    t.session.fromDisplay({ to: 'absurd', connection: 999 }); // of an older connection
+    assert.equal(t.status.state, 'loading');
+    await t.hear(1, { order: { camera: 0, ids: BigUint64Array.of(4n) } });
+    t.said.length = 0;
+    const { connection } = t.display.findLast(({ to }) => to === 'batch');
+    t.session.fromDisplay({ to: 'absurd', connection });
+    assert.equal(t.said.find((m) => m.error).error.code, 6);
+    assert.equal(t.status.state, 'refused');
+    assert.match(t.status.sentence, /a thousand times/);
+    assert.ok(t.socket().closed);
 });

@@ -24,4 +24,7 @@ int vd_wasm_draw_quads(const vd_display_window *window, const vd_quad *quads, in
 int vd_wasm_placed_draw(int run, const uint32_t *order, int count, const vd_camera *camera,
                         const vd_display_window *window);
 
+/* Whether the runs since the first one asked for more than any sound server does. */
+bool vd_wasm_placed_is_absurd(int width, int height);
+
 #endif

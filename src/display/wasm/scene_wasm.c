@@ -17,10 +17,6 @@
 #define MOST_SLOTS 65537u /* what a client may hold, and one */
 #define BYTES_PER_PIXEL 4u
 
-/* A frame is drawn over so many times at most: a server that orders one large picture ten thousand
- * times is not waited for. Worlds have an overdraw below 5. */
-#define MOST_OVERDRAW 64.0
-
 enum { TINT_SIDE = 64 };
 
 typedef struct block {
@@ -43,6 +39,7 @@ static struct {
     uint32_t slot_count;
     uint32_t *order; /* slots, or instances of models from VD_WASM_INSTANCES on */
     uint8_t *tint;   /* picture of a border */
+    bool absurd;     /* the last frame's order was */
 } scene;
 
 static block *block_at(uint32_t at) {
@@ -254,36 +251,6 @@ void VD_EXPORT(vd_wasm_fill)(uint32_t *rgba, int height, size_t stride, uint32_t
     }
 }
 
-/* Pixels of the frame's part that a quad may cover: none where all of it is behind the eye, all
- * where some is. */
-static double area_of(const vd_quad *quad, float near_m, int width, int height) {
-    double low[2] = {width, height}, high[2] = {0, 0};
-    int behind = 0;
-    for (int i = 0; i < 4; i++) {
-        behind += quad->corners[i].w >= near_m ? 0 : 1;
-    }
-    if (behind > 0) {
-        return behind == 4 ? 0 : (double)width * height;
-    }
-    for (int i = 0; i < 4; i++) {
-        const vd_quad_corner c = quad->corners[i];
-        const double at[2] = {c.x / c.w, c.y / c.w};
-        for (int k = 0; k < 2; k++) {
-            low[k] = at[k] < low[k] ? at[k] : low[k];
-            high[k] = at[k] > high[k] ? at[k] : high[k];
-        }
-    }
-    const double most[2] = {width, height};
-    for (int k = 0; k < 2; k++) {
-        low[k] = low[k] > 0 ? low[k] : 0;
-        high[k] = high[k] < most[k] ? high[k] : most[k];
-        if (!(high[k] > low[k])) {
-            return 0;
-        }
-    }
-    return (high[0] - low[0]) * (high[1] - low[1]);
-}
-
 /* The quad of a slot's picture; false where there is none, or it cannot be placed. */
 static bool make_quad(uint32_t number, const vd_camera *camera, const vd_matrix *matrix,
                       vd_quad *quad) {
@@ -311,7 +278,7 @@ static uint32_t count_instances(uint32_t from, uint32_t end) {
 
 /* Draws what the first `count` numbers of the order name, farthest first, over rgba (as
  * vd_wasm_draw wants it); with `bounds` a tint over each. What is not sound or no longer there is
- * left out. Returns the number of pictures drawn, or −1 when there is no memory. */
+ * left out, and what comes when the frame was covered too often. Returns the number of pictures drawn, or −1 when there is no memory. */
 int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int width, int height,
                                   size_t stride, uint32_t count, int bounds) {
     const uintptr_t mark = vd_wasm_mark();
@@ -323,12 +290,13 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
         return -1;
     }
     const float near_m = (float)page->near_m;
-    double room = MOST_OVERDRAW * width * height;
+    const double screen = (double)width * height;
+    double pixels = 0;
     int made = 0, shown = 0;
     const vd_display_window window = {
         .rgba = rgba, .width = width, .height = height, .stride = stride};
     int unsound = 0, runs = 0;
-    for (uint32_t i = 0; i < most && room >= 0; i++) {
+    for (uint32_t i = 0; i < most; i++) {
         vd_quad quad;
         if (scene.order[i] >= VD_WASM_INSTANCES) { /* over what was ordered before */
             const uint32_t run = count_instances(i, most);
@@ -342,7 +310,10 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
         if (!make_quad(scene.order[i], &camera, &matrix, &quad)) {
             continue;
         }
-        room -= area_of(&quad, near_m, width, height);
+        pixels += vd_quad_pixels(&quad, near_m, width, height);
+        if (pixels > VD_DISPLAY_MOST_SCREENS * screen) {
+            continue;
+        }
         quads[made++] = quad;
         shown++;
         if (bounds) {
@@ -352,8 +323,15 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
         }
     }
     unsound = unsound < 0 ? unsound : vd_wasm_draw_quads(&window, quads, made, near_m, false);
+    scene.absurd = pixels > VD_DISPLAY_ABSURD_SCREENS * screen ||
+                   (runs > 0 && vd_wasm_placed_is_absurd(width, height));
     vd_wasm_return(mark);
     return unsound < 0 ? -1 : shown;
+}
+
+/* Whether more was ordered for the last frame than any world takes. */
+int VD_EXPORT(vd_wasm_scene_is_absurd)(void) {
+    return scene.absurd;
 }
 
 /* Draws one opaque picture that the camera `from` saw, as if it were infinitely far away, as the

@@ -23,6 +23,7 @@ static struct {
     vd_placed *placed;   /* [MOST_INSTANCES], of a frame */
     vd_light light;
     bool lit;
+    vd_placed_account account; /* of the frame that is drawn, or was drawn last */
     char sentence[VD_MESSAGE_BYTES];
 } page;
 
@@ -116,8 +117,10 @@ int vd_wasm_placed_draw(int run, const uint32_t *order, int count, const vd_came
                         const vd_display_window *window) {
     const vd_placed_window to = {window->rgba, window->width, window->height, window->stride};
     int made = 0, drawn = 0;
-    for (int k = 0; k < count && page.lit && run < VD_PLACED_RUNS && made < (int)MOST_INSTANCES;
-         k++) {
+    if (run == 0) {
+        page.account = (vd_placed_account){.runs = 0};
+    }
+    for (int k = 0; k < count && page.lit && made < (int)MOST_INSTANCES; k++) {
         const uint32_t slot = order[k] - VD_WASM_INSTANCES;
         const instance *i = slot < MOST_INSTANCES ? &page.instances[slot] : NULL;
         if (i != NULL && i->model != 0 && page.models[i->model - 1] != NULL) {
@@ -126,10 +129,14 @@ int vd_wasm_placed_draw(int run, const uint32_t *order, int count, const vd_came
     }
     /* Without memory the frame has none of them. */
     return made > 0 && vd_placer_draw(page.placer, NULL, &page.light, camera, page.placed, made,
-                                      &to, &drawn)
+                                      &to, &page.account, &drawn)
                                .code == VD_OK
                ? drawn
                : 0;
+}
+
+bool vd_wasm_placed_is_absurd(int width, int height) {
+    return vd_placed_is_absurd(&page.account, width, height);
 }
 
 /* ---- what there is not in a page: hills and shadows that are asked for by the fragment
