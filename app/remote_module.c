@@ -36,6 +36,7 @@ vd_status vd_remote_module_open(const char *purpose, vd_remote_module *out) {
         .client_draw = vd_client_draw,
         .client_get_news = vd_client_get_news,
         .client_get_world = vd_client_get_world,
+        .client_ground = vd_client_ground,
     };
     return vd_success();
 }
@@ -88,6 +89,7 @@ vd_status vd_remote_module_open(const char *purpose, vd_remote_module *out) {
         {"vd_client_draw", &made.client_draw},
         {"vd_client_get_news", &made.client_get_news},
         {"vd_client_get_world", &made.client_get_world},
+        {"vd_client_ground", &made.client_ground},
     };
     for (size_t i = 0; i < sizeof symbols / sizeof symbols[0]; i++) {
         void *address = dlsym(library, symbols[i].name);

@@ -44,6 +44,7 @@ typedef struct vd_remote_module {
                              vd_frame *frame, vd_client_shown *shown);
     void (*client_get_news)(vd_client *client, vd_client_news *out);
     bool (*client_get_world)(vd_client *client, char *out, size_t room);
+    double (*client_ground)(vd_client *client, double x, double y);
 } vd_remote_module;
 
 /* Opens veduta-remote. `purpose` says what it is needed for, such as "measure codecs". Returns

@@ -38,8 +38,8 @@ static vd_status look(void *user, vd_job *job, const vd_render_settings *setting
 }
 
 static double ground(void *user, double x, double y) {
-    (void)user, (void)x, (void)y;
-    return (double)-INFINITY;
+    remote *r = user;
+    return r->module.client_ground(r->client, x, y);
 }
 
 static void destroy(void *user) {

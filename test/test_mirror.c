@@ -197,6 +197,32 @@ static void it_stays_within_its_memory(void **state) {
     end();
 }
 
+/* Around the eye the client knows the ground as it is, wherever it flies. */
+static void the_ground_is_known(void **state) {
+    (void)state;
+    begin((size_t)64 << 20, true);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    assert_true(vd_mirror_ground(e.mirror, camera.eye.x, camera.eye.y) == (double)-INFINITY);
+    const vd_world *world = e.scene.world;
+    for (int step = 0; step < (test_is_reduced() ? 3 : 12); step++) {
+        look(&camera);
+        pass(0.05);
+        for (int i = 0; i < 50; i++) {
+            const double x = camera.eye.x + i % 7 - 3, y = camera.eye.y + i / 7 - 3;
+            const double known = vd_mirror_ground(e.mirror, x, y), is = vd_world_ground(world, x, y);
+            if (isfinite(is) && !(fabs(known - is) < 2.0)) {
+                fail_msg("step %d: %g m where the ground is at %g m", step, known, is);
+            }
+        }
+        camera.eye.x += step % 2 == 0 ? 30.0 : 3.0;
+        camera.eye.y += 4.0;
+        camera.eye.z += step == 5 ? 500.0 : step == 8 ? -500.0 : 0.0;
+    }
+    assert_true(vd_mirror_ground(e.mirror, 1e8, 0) == (double)-INFINITY);
+    assert_true(vd_mirror_ground(e.mirror, NAN, 0) == (double)-INFINITY);
+    end();
+}
+
 static void a_wrong_token_is_refused(void **state) {
     (void)state;
     begin((size_t)64 << 20, true);
@@ -489,6 +515,7 @@ int main(void) {
         cmocka_unit_test(screens_are_shown_turned),
         cmocka_unit_test(it_comes_back_with_what_it_holds),
         cmocka_unit_test(it_stays_within_its_memory),
+        cmocka_unit_test(the_ground_is_known),
         cmocka_unit_test(a_wrong_token_is_refused),
         cmocka_unit_test(every_fault_has_a_sentence),
         cmocka_unit_test(goodbyes_are_told_apart),

@@ -32,6 +32,8 @@ static void end(fixture *f) {
 static const uint64_t ids[5] = {1, 7, 9, UINT64_C(1) << 40, UINT64_MAX};
 static const uint64_t others[2] = {2, 8};
 static const uint32_t versions[5] = {1, 2, 3, 4, UINT32_MAX};
+static const float heights[6] = {0, 1.5f, -9, 8848, VD_WIRE_NO_GROUND, 3};
+static const float bad_heights[6] = {0, 0, 0, 0, 0, NAN};
 static const uint8_t picture[4 * 6 * 4] = {1, 2, 3};
 
 static vd_wire_message make(vd_wire_side side, vd_wire_kind kind) {
@@ -96,6 +98,9 @@ static vd_wire_message make(vd_wire_side side, vd_wire_kind kind) {
                                       .ambient_down = {0.1f, 0.2f, 0.15f},
                                       .horizon = {0.25f, 0.5f, 1},
                                       .haze_m = 30000};
+        break;
+    case VD_WIRE_GROUND:
+        m.as.ground = (vd_wire_ground){400000.125, -5e6, 12.5, 3, 2, heights};
         break;
     case VD_WIRE_REPLACE:
         m.as.replace = (vd_wire_replace){{ids, 3}, {others, 2}};
@@ -188,6 +193,13 @@ static void check_same(const vd_wire_message *a, const vd_wire_message *b) {
         break;
     case VD_WIRE_LIGHT:
         assert_memory_equal(&a->as.light, &b->as.light, sizeof a->as.light);
+        break;
+    case VD_WIRE_GROUND:
+        assert_true(a->as.ground.x == b->as.ground.x && a->as.ground.y == b->as.ground.y &&
+                    a->as.ground.step_m == b->as.ground.step_m);
+        assert_int_equal(a->as.ground.columns, b->as.ground.columns);
+        assert_int_equal(a->as.ground.rows, b->as.ground.rows);
+        assert_memory_equal(a->as.ground.heights, b->as.ground.heights, sizeof heights);
         break;
     case VD_WIRE_STATS:
         assert_memory_equal(&a->as.stats, &b->as.stats, sizeof a->as.stats);
@@ -426,6 +438,13 @@ static void test_bounds_of_servers(void **state) {
     REFUSE(s, VD_WIRE_LIGHT, light.light.horizon.b = -1, "light.colors");
     REFUSE(s, VD_WIRE_LIGHT, light.light.ambient_up.g = NAN, "light.colors");
     REFUSE(s, VD_WIRE_LIGHT, light.light.haze_m = -1, "light.haze_m");
+    REFUSE(s, VD_WIRE_GROUND, ground.x = NAN, "ground.x");
+    REFUSE(s, VD_WIRE_GROUND, ground.y = 2e9, "ground.y");
+    REFUSE(s, VD_WIRE_GROUND, ground.step_m = 0, "ground.step");
+    REFUSE(s, VD_WIRE_GROUND, ground.columns = 130, "ground.columns");
+    REFUSE(s, VD_WIRE_GROUND, ground.rows = 1, "ground.rows");
+    REFUSE(s, VD_WIRE_GROUND, ground.heights = NULL, "ground.heights is missing");
+    REFUSE(s, VD_WIRE_GROUND, ground.heights = bad_heights, "ground.heights");
     REFUSE(s, VD_WIRE_REPLACE, replace.in = m_.as.replace.out, "both have the id 1");
     REFUSE(s, VD_WIRE_REPLACE, replace.in.count = m_.as.replace.out.count = 0, "both empty");
     REFUSE(s, VD_WIRE_REPLACE, replace.out.count = 4097, "replace.out has 4097");
@@ -526,6 +545,7 @@ static void test_foreign_bytes(void **state) {
         {"\x12\x02\x2a\x00", 4, VD_WIRE_SERVER, "geometry.origin is missing"},
         {"\x12\x03\x82\x01\x00", 5, VD_WIRE_SERVER, "instance.axes has 0 numbers"},
         {"\x12\x03\x8a\x01\x00", 5, VD_WIRE_SERVER, "light.colors has 0 numbers"},
+        {"\x12\x07\x92\x01\x04\x20\x03\x28\x02", 9, VD_WIRE_SERVER, "ground.heights has 0 numbers"},
         {"\x12\x0c\x0a\x0a\x42\x08\1\0\0\0\0\0\0\0", 14, VD_WIRE_CLIENT,
          "hello.held_versions has 0"},
         {"\x12\x04\x5a\x02\x08\x63", 6, VD_WIRE_SERVER, NULL}, /* an error of a newer code */

@@ -105,6 +105,10 @@ VD_API void vd_client_get_news(vd_client *client, vd_client_news *out);
  * is no room. At most 64 KiB; unchecked: what a server says. Any thread. */
 VD_API bool vd_client_get_world(vd_client *client, char *out, size_t room);
 
+/* Height of the ground at a place near the eye, metres, to keep above it; −infinity where it is not
+ * known, or there is none. Any thread. */
+VD_API double vd_client_ground(vd_client *client, double x, double y);
+
 VD_END_DECLARATIONS
 
 #endif

@@ -65,6 +65,7 @@ typedef enum vd_wire_kind {
     VD_WIRE_SETTINGS,
     VD_WIRE_INSTANCE,
     VD_WIRE_LIGHT,
+    VD_WIRE_GROUND,
     VD_WIRE_KIND_COUNT
 } vd_wire_kind;
 
@@ -92,6 +93,7 @@ typedef struct vd_wire_bytes {
 #define VD_WIRE_MODELS (1u << 8)
 #define VD_WIRE_BRICKS (1u << 9)
 #define VD_WIRE_SCREENS (1u << 10)
+#define VD_WIRE_HEIGHTS (1u << 11) /* vd_wire_ground */
 
 typedef struct vd_wire_hello {
     unsigned version;
@@ -154,6 +156,17 @@ typedef struct vd_wire_instance {
 typedef struct vd_wire_light {
     vd_light light; /* zenith and nadir are not sent: 0 */
 } vd_wire_light;
+
+#define VD_WIRE_GROUND_SIDE 129
+#define VD_WIRE_NO_GROUND (-1e9f)
+
+/* Heights of the ground around a place, between which it is linear. */
+typedef struct vd_wire_ground {
+    double x, y;         /* of the first height, in the south-west */
+    double step_m;       /* to the next, eastward and northward */
+    int columns, rows;   /* 2 … VD_WIRE_GROUND_SIDE */
+    const float *heights; /* [rows][columns], the southernmost row first; VD_WIRE_NO_GROUND: none */
+} vd_wire_ground;
 
 typedef struct vd_wire_replace {
     vd_wire_ids out, in; /* each ascending, nothing in both */
@@ -243,6 +256,7 @@ typedef struct vd_wire_message {
         vd_wire_settings settings;
         vd_wire_instance instance;
         vd_wire_light light;
+        vd_wire_ground ground;
     } as;
 } vd_wire_message;
 

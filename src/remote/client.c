@@ -5,6 +5,7 @@
  */
 #include <veduta/client.h>
 
+#include <math.h>
 #include <string.h>
 
 const char *vd_client_state_name(vd_client_state state) {
@@ -486,6 +487,10 @@ bool vd_client_get_world(vd_client *c, char *out, size_t room) {
     return there;
 }
 
+double vd_client_ground(vd_client *c, double x, double y) {
+    return vd_mirror_ground(c->mirror, x, y);
+}
+
 #else
 
 #define WITHOUT                                                                                    \
@@ -529,6 +534,11 @@ void vd_client_get_news(vd_client *client, vd_client_news *out) {
 bool vd_client_get_world(vd_client *client, char *out, size_t room) {
     (void)client, (void)out, (void)room;
     return false;
+}
+
+double vd_client_ground(vd_client *client, double x, double y) {
+    (void)client, (void)x, (void)y;
+    return (double)-INFINITY;
 }
 
 #endif

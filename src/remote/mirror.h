@@ -63,5 +63,6 @@ VD_MUST_USE vd_status vd_mirror_set(vd_mirror *mirror, const vd_wire_settings *s
 VD_MUST_USE vd_status vd_mirror_draw(vd_mirror *mirror, vd_job *job, const vd_camera *camera,
                                      vd_frame *frame, vd_client_shown *shown);
 void vd_mirror_get_news(vd_mirror *mirror, vd_client_news *out);
+double vd_mirror_ground(vd_mirror *mirror, double x, double y);
 
 #endif

@@ -48,6 +48,8 @@ struct vd_mirror {
     int order_count, order_room;
     bool absurd; /* the server ordered more than a frame can be drawn of */
     vd_mirror_screen screen;
+    vd_wire_ground ground; /* columns 0: none has come; its heights are: */
+    float heights[VD_WIRE_GROUND_SIDE * VD_WIRE_GROUND_SIDE];
     vd_light light; /* of what is placed */
     bool has_light;
     vd_wire_camera wanted; /* the newest; width 0: none yet */
@@ -120,5 +122,6 @@ void vd_mirror_out_of_memory(vd_mirror *mirror);
 void vd_mirror_take_geometry(vd_mirror *mirror, const vd_wire_geometry *geometry);
 void vd_mirror_take_instance(vd_mirror *mirror, const vd_wire_instance *instance);
 void vd_mirror_take_light(vd_mirror *mirror, const vd_light *light);
+void vd_mirror_take_ground(vd_mirror *mirror, const vd_wire_ground *ground);
 
 #endif

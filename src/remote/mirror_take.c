@@ -339,6 +339,9 @@ void vd_mirror_take_message(vd_mirror *m, const vd_wire_message *message, double
     case VD_WIRE_INSTANCE:
         vd_mirror_take_instance(m, &message->as.instance);
         break;
+    case VD_WIRE_GROUND:
+        vd_mirror_take_ground(m, &message->as.ground);
+        break;
     case VD_WIRE_LIGHT:
         vd_mirror_take_light(m, &message->as.light.light);
         break;

@@ -187,7 +187,8 @@ static void greet(vd_session *s, const vd_wire_hello *hello) {
         const vd_wire_message answer = {
             .kind = VD_WIRE_HELLO,
             .as.hello = {.version = VD_WIRE_VERSION,
-                         .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | VD_WIRE_MODELS,
+                         .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | VD_WIRE_MODELS |
+                                         VD_WIRE_HEIGHTS,
                          .name = s->def.name}};
         vd_session_say(s, &answer);
     }

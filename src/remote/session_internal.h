@@ -30,6 +30,14 @@ typedef struct vd_session_link {
     double free_s;      /* when the limit lets more through */
 } vd_session_link;
 
+enum { VD_SESSION_GROUND_SIDE = 65 };
+
+/* Which heights the client was sent last. */
+typedef struct vd_session_ground {
+    bool sent;
+    double x, y, reach_m; /* around there, so far to each side */
+} vd_session_ground;
+
 struct vd_session {
     vd_session_def def;
     vd_context *context;
@@ -62,6 +70,8 @@ struct vd_session {
     size_t arena_used;
     size_t turn_bytes; /* sent in this turn */
 
+    vd_session_ground ground;
+    float heights[VD_SESSION_GROUND_SIDE][VD_SESSION_GROUND_SIDE]; /* of the message */
     bool lit;            /* the client knows the light */
     uint64_t order_hash; /* of the last order sent */
     bool ordered;        /* what the client shows is an order, not a screen in its place */
@@ -101,6 +111,11 @@ bool vd_session_send_screen(vd_session *session, const vd_frame *frame, bool exa
 
 /* Codecs that the client takes. */
 unsigned vd_session_codecs(const vd_session *session);
+
+/* ---- session_ground.c ---- */
+
+/* Adds the heights around the newest camera, where the client wants them and has others. */
+void vd_session_add_ground(vd_session *session, double now_s);
 
 /* ---- session_work.c ---- */
 void vd_session_forget_pictures(vd_session *session);

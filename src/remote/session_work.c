@@ -270,6 +270,7 @@ void vd_session_work(vd_session *s, vd_job *job, double now_s) {
         drop_past(s, now_s);
     }
     vd_status status = vd_success();
+    vd_session_add_ground(s, now_s);
     if (!s->exact) {
         status = s->settings.mode == VD_WIRE_MODE_SCREENS ? work_screens(s, job, now_s)
                                                           : work_impostors(s, job, now_s);

@@ -31,6 +31,7 @@ static const struct {
     [VD_WIRE_PING] = {"ping", C | S},     [VD_WIRE_PONG] = {"pong", C | S},
     [VD_WIRE_BYE] = {"bye", C | S},       [VD_WIRE_SETTINGS] = {"settings", C},
     [VD_WIRE_INSTANCE] = {"instance", S}, [VD_WIRE_LIGHT] = {"light", S},
+    [VD_WIRE_GROUND] = {"ground", S},
 };
 
 const char *vd_wire_kind_name(vd_wire_kind kind) {
@@ -282,6 +283,22 @@ static vd_status check_light(const vd_light *m) {
     return status;
 }
 
+static vd_status check_ground(const vd_wire_ground *m) {
+    vd_status status = check_number("ground.x", m->x, -MOST_COORDINATE, MOST_COORDINATE);
+    THEN(check_number("ground.y", m->y, -MOST_COORDINATE, MOST_COORDINATE))
+    THEN(check_number("ground.step", m->step_m, 1e-3, MOST_METRES))
+    THEN(check_number("ground.columns", m->columns, 2, VD_WIRE_GROUND_SIDE))
+    THEN(check_number("ground.rows", m->rows, 2, VD_WIRE_GROUND_SIDE))
+    if (status.code == VD_OK && m->heights == NULL) {
+        status = vd_failure(VD_ERROR_ARGUMENT, "ground.heights is missing");
+    }
+    for (int i = 0; status.code == VD_OK && i < m->columns * m->rows; i++) {
+        status = check_number("ground.heights", (double)m->heights[i], -MOST_COORDINATE,
+                              MOST_COORDINATE);
+    }
+    return status;
+}
+
 static vd_status check_replace(const vd_wire_replace *m) {
     vd_status status = check_ids("replace.out", &m->out, 0, VD_WIRE_MAX_REPLACED, true);
     THEN(check_ids("replace.in", &m->in, 0, VD_WIRE_MAX_REPLACED, true))
@@ -379,6 +396,8 @@ vd_status vd_wire_check(vd_wire_side side, const vd_wire_message *message) {
         return check_instance(&message->as.instance);
     case VD_WIRE_LIGHT:
         return check_light(&message->as.light.light);
+    case VD_WIRE_GROUND:
+        return check_ground(&message->as.ground);
     case VD_WIRE_REPLACE:
         return check_replace(&message->as.replace);
     case VD_WIRE_DROP:

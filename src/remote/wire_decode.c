@@ -119,6 +119,20 @@ static vd_status light(const Veduta__Wire__Light *from, vd_light *m) {
     return take_vector("light.sun_direction", from->sun_direction, &m->sun_direction);
 }
 
+static vd_status ground(const Veduta__Wire__Ground *from, vd_wire_ground *m) {
+    *m = (vd_wire_ground){.x = from->x,
+                          .y = from->y,
+                          .step_m = from->step,
+                          .columns = int_of(from->columns),
+                          .rows = int_of(from->rows),
+                          .heights = from->heights};
+    if ((uint64_t)from->columns * from->rows != from->n_heights) {
+        return vd_failure(VD_ERROR_ARGUMENT, "ground.heights has %zu numbers for %u × %u",
+                          from->n_heights, from->columns, from->rows);
+    }
+    return vd_success();
+}
+
 static void screen(const Veduta__Wire__Screen *from, vd_wire_screen *m) {
     *m = (vd_wire_screen){.camera = from->camera,
                           .codec = (vd_codec)int_of(from->codec),
@@ -173,6 +187,8 @@ vd_status vd_wire_from_message(const Veduta__Wire__Message *from, vd_wire_messag
         return instance(from->instance, &m->as.instance);
     case VD_WIRE_LIGHT:
         return light(from->light, &m->as.light.light);
+    case VD_WIRE_GROUND:
+        return ground(from->ground, &m->as.ground);
     case VD_WIRE_REPLACE:
         m->as.replace = (vd_wire_replace){ids_of(from->replace->out, from->replace->n_out),
                                           ids_of(from->replace->in, from->replace->n_in)};

@@ -121,6 +121,18 @@ static void light(const vd_light *m, vd_wire_record *r) {
     to->haze_m = m->haze_m;
 }
 
+static void ground(const vd_wire_ground *m, vd_wire_record *r) {
+    Veduta__Wire__Ground *to = r->message.ground = &r->body.ground;
+    veduta__wire__ground__init(to);
+    to->x = m->x;
+    to->y = m->y;
+    to->step = m->step_m;
+    to->columns = (uint32_t)m->columns;
+    to->rows = (uint32_t)m->rows;
+    to->n_heights = (size_t)m->columns * (size_t)m->rows;
+    to->heights = (float *)m->heights;
+}
+
 static void replace(const vd_wire_replace *m, vd_wire_record *r) {
     Veduta__Wire__Replace *to = r->message.replace = &r->body.replace;
     veduta__wire__replace__init(to);
@@ -223,6 +235,9 @@ void vd_wire_to_record(const vd_wire_message *m, vd_wire_record *r) {
         break;
     case VD_WIRE_LIGHT:
         light(&m->as.light.light, r);
+        break;
+    case VD_WIRE_GROUND:
+        ground(&m->as.ground, r);
         break;
     case VD_WIRE_REPLACE:
         replace(&m->as.replace, r);

@@ -29,6 +29,7 @@ typedef struct vd_wire_record {
         Veduta__Wire__Settings settings;
         Veduta__Wire__Instance instance;
         Veduta__Wire__Light light;
+        Veduta__Wire__Ground ground;
     } body;
 } vd_wire_record;
 

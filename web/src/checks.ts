@@ -1,5 +1,5 @@
 // checks.ts: the bounds of what a server may say (src/remote/veduta.proto), for what has come.
-import { WireFault, type Impostor, type Instance, type Light, type Message, type Screen, type Vector } from './wire.js';
+import { WireFault, type Ground, type Impostor, type Instance, type Light, type Message, type Screen, type Vector } from './wire.js';
 
 export const VERSION = 1;
 export const CODECS = ['auto', 'raw', 'runs', 'runs-zstd', 'png', 'jpeg', 'webp', 'webp-lossless'];
@@ -18,6 +18,7 @@ const MOST_METRES = 1e6;
 const MOST_LIGHT = 1e6;
 const MOST_HAZE = 1e12;
 const UNIT_TOLERANCE = 1e-6;
+const GROUND_SIDE = 129;
 const NAME_BYTES = 256;
 const SENTENCE_BYTES = 380;
 const LOSSLESS = new Set([1, 2, 3, 4, 7]);
@@ -138,6 +139,16 @@ function light(m: Light): void {
     within('light.haze_m', m.haze_m, 0, MOST_HAZE);
 }
 
+function ground(m: Ground): void {
+    within('ground.x', m.x, -MOST_COORDINATE, MOST_COORDINATE);
+    within('ground.y', m.y, -MOST_COORDINATE, MOST_COORDINATE);
+    within('ground.step', m.step, 1e-3, MOST_METRES);
+    within('ground.columns', m.columns, 2, GROUND_SIDE);
+    within('ground.rows', m.rows, 2, GROUND_SIDE);
+    within("ground.heights's count", m.heights.length, m.columns * m.rows, m.columns * m.rows);
+    m.heights.forEach((value) => within('ground.heights', value, -MOST_COORDINATE, MOST_COORDINATE));
+}
+
 /** Throws WireFault where a server's message is out of bounds. */
 export function checkMessage(m: Message): void {
     const client = (['camera', 'acknowledge', 'settings'] as const).find((k) => m[k] !== undefined);
@@ -161,6 +172,8 @@ export function checkMessage(m: Message): void {
         instance(m.instance);
     } else if (m.light) {
         light(m.light);
+    } else if (m.ground) {
+        ground(m.ground);
     } else if (m.replace) {
         ids('replace.out', m.replace.out, 0, MAX_REPLACED, true);
         ids('replace.in', m.replace.in, 0, MAX_REPLACED, true);

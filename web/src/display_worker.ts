@@ -1,7 +1,7 @@
 // display_worker.ts: the worker that moves the camera and draws, at the screen's own rate, with what is
 // there. It sleeps while nothing moves and nothing comes.
-import type { CameraNumbers, ToDisplay, ToLink } from './items.js';
-import { Motion, move, turn, type Axis, type Pose } from './motion.js';
+import type { CameraNumbers, GroundItem, ToDisplay, ToLink } from './items.js';
+import { Motion, clearGround, groundAt, move, turn, type Axis, type Pose } from './motion.js';
 import { DrawnScale, Intervals } from './pace.js';
 import { Scene } from './scene.js';
 import { instantiate, type Exports } from './wasm.js';
@@ -58,6 +58,8 @@ class Display {
     private draggedMs = -Infinity; // when it was last turned or moved by a pointer
     private drawn = { width: 0, height: 0 };
     private connection = 0;        // that the last batch came by
+    private heights: GroundItem | null = null;
+    private steered = false;       // the pose is somebody's here, neither the world's nor a link's
     private toldMs = 0;
     private screens: boolean;
     private bounds = false;
@@ -107,8 +109,12 @@ class Display {
         }
     }
 
+    private readonly ground = (x: number, y: number): number =>
+        this.heights === null ? -Infinity : groundAt(this.heights, x, y);
+
     private enter(world: Extract<ToDisplay, { to: 'world' }>): void {
         const { camera, heading, pitch, roll, fov } = world;
+        this.steered = false;
         const [x, y, z] = camera.eye;
         this.world = world;
         this.aimed = false;
@@ -130,12 +136,13 @@ class Display {
 
     /** Metres a second: a hundredth of the world, more from high up. */
     private fullSpeed(): number {
+        const ground = this.ground(this.pose.eye[0], this.pose.eye[1]);
         if (this.min === null || this.max === null) {
-            return Math.max(10, 0.5 * Math.abs(this.pose.eye[2]));
+            return Math.max(10, 0.5 * Math.abs(this.pose.eye[2] - (ground > -Infinity ? ground : 0)));
         }
         const { min, max } = this;
         const size = Math.hypot(max[0]! - min[0]!, max[1]! - min[1]!);
-        const above = this.pose.eye[2] - (min[2]! + max[2]!) / 2;
+        const above = this.pose.eye[2] - (ground > -Infinity ? ground : (min[2]! + max[2]!) / 2);
         return Math.max(size / 100, 0.5 * above, 1);
     }
 
@@ -161,7 +168,8 @@ class Display {
         const moving = this.motion.active;
         if (moving) {
             const seconds = this.lastMs > 0 ? Math.min((now - this.lastMs) / 1000, 0.1) : 1 / 60;
-            this.motion.advance(this.pose, this.fullSpeed(), seconds);
+            this.motion.advance(this.pose, this.fullSpeed(), seconds, this.ground);
+            this.steered = true;
             this.moved();
         }
         this.lastMs = moving ? now : 0;
@@ -258,6 +266,11 @@ class Display {
     private takeIn({ connection, batch, items, bytes }: Extract<ToDisplay, { to: 'batch' }>): void {
         let dropped: BigUint64Array = new BigUint64Array(0), fault: string | undefined;
         this.connection = connection;
+        for (const item of items) {
+            if (item.kind === 'ground') {
+                this.takeGround(item);
+            }
+        }
         try {
             dropped = this.scene.apply(items);
         } catch (error) {
@@ -269,6 +282,18 @@ class Display {
         this.post({ to: 'taken', connection, batch, bytes, held: this.scene.heldBytes, dropped,
                     ...fault !== undefined ? { fault } : {} });
         this.touch();
+    }
+
+    /** Where it was flown to before the ground was known, the eye is lifted now. */
+    private takeGround(item: GroundItem): void {
+        const { eye } = this.pose, height = eye[2];
+        this.heights = item;
+        if (this.steered) {
+            clearGround(this.pose, this.ground);
+        }
+        if (eye[2] !== height) {
+            this.moved();
+        }
     }
 
     fromLink(message: ToDisplay): void {
@@ -312,6 +337,8 @@ class Display {
         case 'move': {
             const metres = this.fullSpeed() * this.motion.pace;
             move(this.pose, message.forward * metres, message.aside * metres, 0);
+            clearGround(this.pose, this.ground);
+            this.steered = true;
             this.zoom(message.zoom);
             this.draggedMs = performance.now();
             this.moved();
@@ -327,6 +354,7 @@ class Display {
             break;
         case 'pose':
             this.pose = message.pose;
+            this.steered = false;
             this.moved();
             break;
         case 'home':

@@ -22,7 +22,14 @@ export interface ModelItem { kind: 'model'; id: bigint; version: number; block: 
 export interface InstanceItem {
     kind: 'instance'; id: bigint; version: number; model: bigint; numbers: Float64Array;
 }
-export type Item = PictureItem | ScreenItem | ModelItem | InstanceItem
+/** Heights around the eye, the southernmost row first; NO_GROUND: there is none. */
+export interface GroundItem {
+    kind: 'ground'; x: number; y: number; step: number; columns: number; rows: number;
+    heights: Float32Array;
+}
+export const NO_GROUND = -1e9;
+
+export type Item = PictureItem | ScreenItem | ModelItem | InstanceItem | GroundItem
     | { kind: 'light'; numbers: Float64Array } // as vd_wasm_light_set takes them
     | { kind: 'order'; ids: BigUint64Array }
     | { kind: 'replace'; out: BigUint64Array; in: BigUint64Array }

@@ -1,6 +1,8 @@
 // motion.ts: how keys move the camera, as app/window_motion.c does: speeds approach what is wanted, places
 // are their integral in closed form, so that a way is the same in two steps or in two hundred.
 
+import { NO_GROUND, type GroundItem } from './items.js';
+
 export const AXES = ['forward', 'turn', 'rise', 'look', 'fov', 'aside'] as const;
 export type Axis = typeof AXES[number];
 
@@ -12,6 +14,15 @@ export interface Pose {
 const TIME_CONSTANT = 0.08;
 const AT_REST = 5e-3;
 const NUDGE = 0.5;
+
+/** Metres that the eye stays above the ground, and seconds that it is looked at ahead, so that it rises
+ *  before a slope. */
+const CLEARANCE = 10;
+const LOOK_AHEAD = 0.6;
+const AHEAD_STEPS = 6;
+
+/** Height of the ground; −Infinity where it is not known. */
+export type GroundAt = (x: number, y: number) => number;
 
 const clamp = (value: number, low: number, high: number) => Math.min(Math.max(value, low), high);
 
@@ -52,14 +63,51 @@ export class Motion {
     }
 
     /** `metres`: of a second at full speed. */
-    advance(pose: Pose, metres: number, seconds: number): void {
+    advance(pose: Pose, metres: number, seconds: number, ground: GroundAt): void {
+        const before = [...pose.eye];
         const way = Object.fromEntries(
             AXES.map((axis) => [axis, this.integrate(axis, seconds)])) as Record<Axis, number>;
         turn(pose, way.turn * 60, way.look * 45);
         move(pose, way.forward * metres * this.pace, way.aside * metres * this.pace,
              way.rise * 0.5 * metres * this.pace);
+        riseBeforeSlopes(pose, pose.eye[0] - before[0]!, pose.eye[1] - before[1]!, seconds, ground);
+        clearGround(pose, ground);
         pose.fov = clamp(pose.fov * Math.exp(way.fov), 5, 140);
     }
+}
+
+/** Rises towards the clearance over the highest ground ahead, the sooner the nearer it is. */
+function riseBeforeSlopes(pose: Pose, dx: number, dy: number, seconds: number, ground: GroundAt): void {
+    for (let i = 1; i <= AHEAD_STEPS && seconds > 0 && (dx !== 0 || dy !== 0); i++) {
+        const ahead = LOOK_AHEAD * i / AHEAD_STEPS;
+        const [x, y, z] = pose.eye;
+        const least = ground(x + dx * ahead / seconds, y + dy * ahead / seconds) + CLEARANCE;
+        if (z < least) {
+            pose.eye[2] = least + (z - least) * Math.exp(-seconds / ahead);
+        }
+    }
+}
+
+/** Lifts the eye to the clearance where it is below. */
+export function clearGround(pose: Pose, ground: GroundAt): void {
+    pose.eye[2] = Math.max(pose.eye[2], ground(pose.eye[0], pose.eye[1]) + CLEARANCE);
+}
+
+/** The ground of a window of heights; where some around a place are missing the highest of the others. */
+export function groundAt(g: GroundItem, x: number, y: number): number {
+    const u = (x - g.x) / g.step, v = (y - g.y) / g.step;
+    if (!(u >= 0 && v >= 0 && u < g.columns - 1 && v < g.rows - 1)) {
+        return -Infinity;
+    }
+    const at = Math.floor(v) * g.columns + Math.floor(u);
+    const heights = [at, at + 1, at + g.columns, at + g.columns + 1].map((i) => g.heights[i]!);
+    const known = heights.filter((height) => height > NO_GROUND);
+    if (known.length < 4) {
+        return Math.max(...known); // −Infinity of none
+    }
+    const [a, b, c, d] = heights as [number, number, number, number];
+    const east = u - Math.floor(u), low = a + east * (b - a), high = c + east * (d - c);
+    return low + (v - Math.floor(v)) * (high - low);
 }
 
 /** Moves along the heading, to the right of it, and up. */

@@ -45,7 +45,7 @@ const MOST_HANDED_BYTES = 128 << 20; // unpacked, on their way to the display
 const SENT_CAMERAS = 64;
 export const WORLD_BYTES = 1 << 20; // most of /world.json
 const MODES = { impostors: 1, screens: 2 };
-const MODELS_BIT = 1 << 8, SCREENS_BIT = 1 << 10;
+const MODELS_BIT = 1 << 8, SCREENS_BIT = 1 << 10, GROUND_BIT = 1 << 11;
 const MODEL = 1; // a kind of geometry
 const TOO_MUCH = 6; // an error's code
 
@@ -241,7 +241,7 @@ export class Session {
         this.batch = 0;
         this.sent = [];
         this.heardAt = this.around.now();
-        const capabilities = this.unpacker.codecs | MODELS_BIT | SCREENS_BIT;
+        const capabilities = this.unpacker.codecs | MODELS_BIT | SCREENS_BIT | GROUND_BIT;
         this.send([{ hello: { version: VERSION, capabilities,
                               token: this.setup.token, memory_bytes: BigInt(this.setup.memoryBytes),
                               width: this.setup.width, height: this.setup.height, name: 'page',
@@ -367,6 +367,8 @@ export class Session {
             const { x, y, z } = m.light.sun_direction!;
             return { kind: 'light',
                      numbers: Float64Array.of(x, y, z, ...m.light.colors, m.light.haze_m) };
+        } else if (m.ground) {
+            return { kind: 'ground', ...m.ground, heights: Float32Array.from(m.ground.heights) };
         } else if (m.order) {
             return { kind: 'order', ids: m.order.ids };
         } else if (m.replace) {

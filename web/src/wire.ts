@@ -39,6 +39,9 @@ export interface Instance {
     ground: number[];
 }
 export interface Light { sun_direction?: Vector; colors: number[]; haze_m: number }
+export interface Ground {
+    x: number; y: number; step: number; columns: number; rows: number; heights: number[];
+}
 export interface Order { camera: number; ids: BigUint64Array }
 export interface Replace { out: BigUint64Array; in: BigUint64Array }
 export interface Drop { ids: BigUint64Array }
@@ -64,7 +67,7 @@ export interface Message {
     hello?: Hello; camera?: Camera; impostor?: Impostor; order?: Order; geometry?: Geometry;
     replace?: Replace; drop?: Drop; screen?: Screen; acknowledge?: Acknowledge; stats?: Stats;
     error?: WireError; ping?: Ping; pong?: Ping; bye?: Bye; settings?: Settings;
-    instance?: Instance; light?: Light;
+    instance?: Instance; light?: Light; ground?: Ground;
 }
 export interface Envelope { batch: number; messages: Message[] }
 

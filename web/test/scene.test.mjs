@@ -1,7 +1,7 @@
 // What is kept and shown, whatever a server asks for.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { Motion, move, turn } from '../generated/modules/motion.js';
+import { Motion, clearGround, groundAt, move, turn } from '../generated/modules/motion.js';
 import { Scene } from '../generated/modules/scene.js';
 import { formatFragment, parseFragment } from '../generated/modules/share.js';
 import { makeWasm, randomFrom } from './support.mjs';
@@ -185,11 +185,11 @@ test('a way is the same in two steps or in two hundred', () => {
         const motion = new Motion(), pose = { eye: [0, 0, 0], heading: 90, pitch: 0, roll: 0, fov: 60 };
         motion.want('forward', 1);
         for (let i = 0; i < steps; i++) {
-            motion.advance(pose, 100, 2 / steps);
+            motion.advance(pose, 100, 2 / steps, () => -Infinity);
         }
         assert.ok(motion.active);
         motion.stop();
-        motion.advance(pose, 100, 1);
+        motion.advance(pose, 100, 1, () => -Infinity);
         assert.ok(!motion.active);
         return pose.eye[0];
     });
@@ -198,6 +198,39 @@ test('a way is the same in two steps or in two hundred', () => {
     turn(pose, 20, 20);
     assert.deepEqual([pose.heading, pose.pitch], [10, 89]);
     move({ ...pose, heading: 90 }, 1, 0, 0);
+});
+
+test('the eye keeps above the ground that is known, and rises before a slope', () => {
+    const side = 9, step = 100; // a ridge across the way, and a hole in the north-east
+    const heights = Float32Array.from({ length: side * side }, (_, i) => {
+        const [column, row] = [i % side, Math.floor(i / side)];
+        return column === 8 && row === 8 ? -1e9 : 400 - 100 * Math.abs(column - 4);
+    });
+    const item = { kind: 'ground', x: -400, y: -400, step, columns: side, rows: side, heights };
+    const ground = (x, y) => groundAt(item, x, y);
+    assert.equal(ground(0, 0), 400);
+    assert.equal(ground(-50, 37), 350);
+    assert.equal(ground(399, 399), 100); // the highest that is known
+    for (const [x, y] of [[-400.1, 0], [400, 0], [0, 401], [0, -1e9], [NaN, 0]]) {
+        assert.equal(ground(x, y), -Infinity);
+    }
+    const motion = new Motion(), pose = { eye: [-390, 5, 60], heading: 90, pitch: 0, roll: 0, fov: 60 };
+    motion.want('forward', 1);
+    let rose = 0;
+    for (let i = 0; i < 240 && pose.eye[0] < 390; i++) {
+        const [x, , z] = pose.eye;
+        motion.advance(pose, 200, 1 / 60, ground);
+        assert.ok(pose.eye[2] >= ground(pose.eye[0], 5) + 10 - 1e-9, `${pose.eye}`);
+        if (x > -300 && x < -100) {
+            rose = Math.max(rose, pose.eye[2] - z);
+        }
+    }
+    assert.ok(rose > 0 && pose.eye[2] > 380, String(pose.eye)); // it does not sink again
+    const low = { ...pose, eye: [0, 0, -70] };
+    clearGround(low, ground);
+    assert.equal(low.eye[2], 410);
+    clearGround(low, () => -Infinity);
+    assert.equal(low.eye[2], 410);
 });
 
 test('links hold a camera, and nothing but a sound one', () => {
