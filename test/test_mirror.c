@@ -197,6 +197,138 @@ static void it_stays_within_its_memory(void **state) {
     end();
 }
 
+/* A bar that stands, and a needle that turns with the camera; one of them where labels may stand. */
+typedef struct furniture {
+    vd_layer layers[2];
+    double bar[4][2], needle[3][2];
+    float kept[1][4];
+} furniture;
+
+static vd_status furnish(void *user, const vd_camera *camera, int width, int height,
+                         vd_overlay *out) {
+    furniture *f = user;
+    double heading, pitch, roll;
+    vd_orientation_to_angles(camera->orientation, &heading, &pitch, &roll);
+    const double x = width - 20, y = 20, s = sin(heading), c = cos(heading);
+    const double bar[4][2] = {{8, height - 12.0}, {60, height - 12.0}, {60, height - 6.0}, {8, height - 6.0}};
+    const double needle[3][2] = {{x + 14 * s, y - 14 * c}, {x - 5 * c, y - 5 * s}, {x + 5 * c, y + 5 * s}};
+    memcpy(f->bar, bar, sizeof bar);
+    memcpy(f->needle, needle, sizeof needle);
+    for (int i = 0; i < 2; i++) {
+        f->layers[i] = vd_layer_default();
+        vd_layer_color((vd_rgba8){250, (uint8_t)(40 * i), 20, 255}, f->layers[i].fill);
+    }
+    f->layers[0].path = (vd_path){.points = (const double(*)[2])f->bar, .point_count = 4};
+    f->layers[1].path = (vd_path){.points = (const double(*)[2])f->needle, .point_count = 3};
+    const float kept[4] = {8, (float)height - 12, 60, (float)height - 6};
+    memcpy(f->kept[0], kept, sizeof kept);
+    *out = (vd_overlay){f->layers, 2, (const float(*)[4])f->kept, 1};
+    return vd_success();
+}
+
+/* The greatest difference of two frames in one of the two places. */
+static int furniture_difference(const vd_frame *a, const vd_frame *b, bool needle) {
+    const int x0 = needle ? WIDTH - 38 : 9, x1 = needle ? WIDTH - 2 : 59;
+    const int y0 = needle ? 2 : HEIGHT - 11, y1 = needle ? 38 : HEIGHT - 7;
+    int most = 0;
+    for (int y = y0; y < y1; y++) {
+        for (int x = x0; x < x1; x++) {
+            const uint8_t *p = a->rgba + 4 * (a->stride * (size_t)y + (size_t)x);
+            const uint8_t *q = b->rgba + 4 * (b->stride * (size_t)y + (size_t)x);
+            const bool red = (p[0] > 200 && p[1] < 60) || (q[0] > 200 && q[1] < 60);
+            for (int c = 0; c < 3 && red; c++) {
+                most = abs(p[c] - q[c]) > most ? abs(p[c] - q[c]) : most;
+            }
+        }
+    }
+    return most;
+}
+
+static int fixed_pictures;
+
+static void count_fixed(const vd_packet *p) {
+    vd_wire_envelope envelope;
+    assert_ok(
+        vd_wire_decode(e.wire, VD_WIRE_SERVER, p->data + VD_PACKET_HEAD, p->bytes, &envelope));
+    for (int i = 0; i < envelope.count; i++) {
+        fixed_pictures += envelope.messages[i].kind == VD_WIRE_IMPOSTOR &&
+                          envelope.messages[i].as.impostor.fixed;
+    }
+}
+
+static void furniture_stays_on_screen(void **state) {
+    (void)state;
+    furniture f;
+    vd_world_renderer_def furnished = vd_world_renderer_def_default();
+    furnished.overlay = furnish;
+    furnished.overlay_user = &f;
+    begin((size_t)64 << 20, true);
+    vd_session_destroy(&e.session);
+    vd_world_renderer_destroy(&e.scene.renderer);
+    assert_ok(vd_world_renderer_create(e.context, NULL, e.scene.world, &furnished,
+                                       &e.scene.renderer));
+    e.scene.def.renderer = e.scene.renderer;
+    assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
+    e.said = count_fixed;
+    fixed_pictures = 0;
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    look(&camera);
+    pass(0.8);
+    assert_exact(&camera);
+    assert_int_equal(fixed_pictures, 2);
+    /* Without a word from the server it stands where it stood, whatever the camera does. */
+    vd_frame *still = NULL;
+    assert_ok(vd_frame_create(e.context, WIDTH, HEIGHT, 0, &still));
+    assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, still, NULL));
+    vd_client_shown shown;
+    vd_camera other = camera;
+    other.eye.x += 2.0;
+    other.eye.z += 1.0;
+    other.orientation = vd_orientation_from_angles(0.7, -0.3, 0.1);
+    other.lens = vd_lens_from_fov(0.6, WIDTH, HEIGHT);
+    other.near_m = 3.0;
+    (void)compare(&other, &shown);
+    assert_false(shown.exact || shown.screen);
+    assert_true(furniture_difference(e.frame, still, false) <= 2);
+    assert_true(furniture_difference(e.frame, still, true) <= 2);
+    assert_true(furniture_difference(e.frame, e.perfect, true) > 50); /* the needle should turn, */
+    for (int i = 0; i < 25; i++) { /* and does */
+        other.eye.x += 0.02;
+        look(&other);
+        pass(0.02);
+    }
+    (void)compare(&other, &shown);
+    assert_false(shown.exact || shown.screen);
+    assert_true(furniture_difference(e.frame, e.perfect, false) <= 2);
+    assert_true(furniture_difference(e.frame, e.perfect, true) <= 2);
+    assert_int_equal(fixed_pictures, 3); /* the bar is the same */
+    /* A client that has lost them gets them again, and one that comes back. */
+    pass(0.8);
+    assert_exact(&other);
+    const uint64_t lost[1] = {(UINT64_C(255) << 56) | 64};
+    const vd_wire_message drop = {.kind = VD_WIRE_DROP, .as.drop = {lost, 1}};
+    assert_ok(vd_wire_encode(e.wire, VD_WIRE_CLIENT, 0, &drop, 1, &e.buffer));
+    vd_session_receive(e.session, e.buffer.data, e.buffer.bytes, e.now_s);
+    other.eye.x += 0.02;
+    look(&other);
+    pass(0.3);
+    assert_int_equal(fixed_pictures, 4);
+    vd_mirror_lose(e.mirror, "again");
+    vd_session_destroy(&e.session);
+    e.scene.def.seed = 500000;
+    assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
+    vd_mirror_open(e.mirror, e.now_s);
+    pass(0.8);
+    assert_exact(&other);
+    other.eye.x += 0.5;
+    (void)compare(&other, &shown);
+    assert_true(furniture_difference(e.frame, e.perfect, false) <= 2);
+    assert_true(furniture_difference(e.frame, e.perfect, true) <= 2);
+    assert_true(news().most_held_bytes < (size_t)64 << 20);
+    vd_frame_destroy(&still);
+    end();
+}
+
 /* Around the eye the client knows the ground as it is, wherever it flies. */
 static void the_ground_is_known(void **state) {
     (void)state;
@@ -515,6 +647,7 @@ int main(void) {
         cmocka_unit_test(screens_are_shown_turned),
         cmocka_unit_test(it_comes_back_with_what_it_holds),
         cmocka_unit_test(it_stays_within_its_memory),
+        cmocka_unit_test(furniture_stays_on_screen),
         cmocka_unit_test(the_ground_is_known),
         cmocka_unit_test(a_wrong_token_is_refused),
         cmocka_unit_test(every_fault_has_a_sentence),

@@ -209,6 +209,23 @@ static void check_same(const vd_wire_message *a, const vd_wire_message *b) {
     }
 }
 
+/* Of an older server's pictures none is fixed. */
+static void test_fixed_pictures(void **state) {
+    (void)state;
+    fixture f = begin();
+    for (int fixed = 0; fixed < 2; fixed++) {
+        vd_wire_envelope got;
+        vd_wire_message m = make(VD_WIRE_SERVER, VD_WIRE_IMPOSTOR);
+        const size_t bytes = vd_wire_message_bytes(&m);
+        m.as.impostor.fixed = fixed != 0;
+        assert_int_equal(vd_wire_message_bytes(&m), bytes + (fixed != 0 ? 2 : 0));
+        assert_ok(vd_wire_encode(f.wire, VD_WIRE_SERVER, 0, &m, 1, &f.buffer));
+        assert_ok(vd_wire_decode(f.wire, VD_WIRE_SERVER, f.buffer.data, f.buffer.bytes, &got));
+        assert_int_equal(got.messages[0].as.impostor.fixed, fixed);
+    }
+    end(&f);
+}
+
 static void test_round_trips(void **state) {
     (void)state;
     fixture f = begin();
@@ -646,7 +663,7 @@ static const step exchange[] = {
     {VD_WIRE_SERVER, 1, {VD_WIRE_IMPOSTOR, VD_WIRE_GEOMETRY, VD_WIRE_ORDER}},
     {VD_WIRE_CLIENT, 0, {VD_WIRE_ACKNOWLEDGE, VD_WIRE_STATS}},
     {VD_WIRE_SERVER, 2, {VD_WIRE_REPLACE, VD_WIRE_DROP, VD_WIRE_STATS}},
-    {VD_WIRE_SERVER, 0, {VD_WIRE_LIGHT, VD_WIRE_INSTANCE}},
+    {VD_WIRE_SERVER, 0, {VD_WIRE_LIGHT, VD_WIRE_INSTANCE, VD_WIRE_GROUND}},
     {VD_WIRE_SERVER, 0, {VD_WIRE_PING}},
     {VD_WIRE_CLIENT, 0, {VD_WIRE_PONG}},
     {VD_WIRE_SERVER, 3, {VD_WIRE_SCREEN}},
@@ -719,6 +736,7 @@ static void test_recorded_exchange(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trips),
+        cmocka_unit_test(test_fixed_pictures),
         cmocka_unit_test(test_batches),
         cmocka_unit_test(test_limits_of_envelopes),
         cmocka_unit_test(test_bounds_of_clients),

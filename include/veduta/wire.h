@@ -94,6 +94,7 @@ typedef struct vd_wire_bytes {
 #define VD_WIRE_BRICKS (1u << 9)
 #define VD_WIRE_SCREENS (1u << 10)
 #define VD_WIRE_HEIGHTS (1u << 11) /* vd_wire_ground */
+#define VD_WIRE_FIXED (1u << 12)   /* vd_wire_impostor.fixed */
 
 typedef struct vd_wire_hello {
     unsigned version;
@@ -123,6 +124,8 @@ typedef struct vd_wire_impostor {
     int opaque[4]; /* as vd_quad_picture's: left, top, right, bottom, or zeros */
     vd_codec codec;
     vd_wire_bytes picture;
+    bool fixed; /* to the screen: in camera space, of a lens { height, height, width / 2,
+                   height / 2 } for a frame of width × height */
 } vd_wire_impostor;
 
 typedef struct vd_wire_order {
@@ -162,9 +165,9 @@ typedef struct vd_wire_light {
 
 /* Heights of the ground around a place, between which it is linear. */
 typedef struct vd_wire_ground {
-    double x, y;         /* of the first height, in the south-west */
-    double step_m;       /* to the next, eastward and northward */
-    int columns, rows;   /* 2 … VD_WIRE_GROUND_SIDE */
+    double x, y;          /* of the first height, in the south-west */
+    double step_m;        /* to the next, eastward and northward */
+    int columns, rows;    /* 2 … VD_WIRE_GROUND_SIDE */
     const float *heights; /* [rows][columns], the southernmost row first; VD_WIRE_NO_GROUND: none */
 } vd_wire_ground;
 

@@ -166,6 +166,14 @@ VD_API VD_MUST_USE vd_status vd_world_renderer_draw(vd_world_renderer *renderer,
                                                     const vd_camera *camera, vd_frame *frame,
                                                     vd_world_stats *stats);
 
+/* Draws the overlay alone, over transparent black: what stays on screen whatever moves behind it.
+ * *overlay tells where it is, until the next picture. Returns what the overlay's function does,
+ * VD_ERROR_MEMORY or VD_ERROR_CANCELLED. */
+VD_API VD_MUST_USE vd_status vd_world_renderer_draw_overlay(vd_world_renderer *renderer,
+                                                            vd_job *job, const vd_camera *camera,
+                                                            vd_frame *frame, vd_overlay *overlay);
+VD_API bool vd_world_renderer_has_overlay(const vd_world_renderer *renderer);
+
 /* Draws what stands at and below one id alone, over transparent black: what an impostor shows. */
 VD_API VD_MUST_USE vd_status vd_world_renderer_draw_object(vd_world_renderer *renderer, vd_job *job,
                                                            const vd_camera *camera, uint64_t id,

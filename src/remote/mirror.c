@@ -155,7 +155,8 @@ void vd_mirror_open(vd_mirror *m, double now_s) {
     const vd_wire_message hello = {
         .kind = VD_WIRE_HELLO,
         .as.hello = {.version = VD_WIRE_VERSION,
-                     .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | VD_WIRE_HEIGHTS | models,
+                     .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | VD_WIRE_HEIGHTS |
+                                     VD_WIRE_FIXED | models,
                      .token = m->def.token,
                      .memory_bytes = m->def.memory_bytes,
                      .width = looked ? m->wanted.width : USUAL_WIDTH,

@@ -92,9 +92,19 @@ static void add_screen(vd_mirror *m, gathered *to, const vd_camera *camera) {
     add(m, to, s->kept, opaque, camera, corners);
 }
 
+/* That pictures are before which are fixed to the screen. */
+static vd_camera fixed_camera(const vd_frame *frame) {
+    const double width = frame->width, height = frame->height;
+    return (vd_camera){.orientation = {0.0, 0.0, 0.0, 1.0},
+                       .projection = VD_PROJECTION_PERSPECTIVE,
+                       .lens = {height, height, 0.5 * width, 0.5 * height},
+                       .near_m = 1e-3};
+}
+
 /* What is to be drawn, farthest first. */
 static gathered gather(vd_mirror *m, const vd_camera *camera, const vd_frame *frame, bool screen) {
     gathered s = {.light = m->light, .width = frame->width, .height = frame->height};
+    const vd_camera fixed = fixed_camera(frame);
     if (screen) {
         add_screen(m, &s, camera);
         return s;
@@ -104,7 +114,7 @@ static gathered gather(vd_mirror *m, const vd_camera *camera, const vd_frame *fr
         if (held != NULL && held->kept == NULL) {
             add_placed(m, &s, &held->place);
         } else if (held != NULL && held->kept->rgba != NULL) { /* models are shown by places */
-            add(m, &s, held->kept, held->opaque, camera, held->corners);
+            add(m, &s, held->kept, held->opaque, held->fixed ? &fixed : camera, held->corners);
         }
     }
     return s;

@@ -24,6 +24,7 @@ typedef struct vd_held {
     uint32_t version;
     vd_vec3 corners[4];
     int opaque[4];
+    bool fixed;             /* to the screen: corners are in camera space */
     vd_kept *kept;          /* null: a place */
     vd_wire_instance place; /* whose model may come later, or never */
 } vd_held;

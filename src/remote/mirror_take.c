@@ -162,7 +162,7 @@ static void keep(vd_mirror *m, const vd_wire_impostor *p, double now_s) {
     if (kept == NULL) {
         return;
     }
-    vd_held made = {.id = p->id, .version = p->version, .kept = kept};
+    vd_held made = {.id = p->id, .version = p->version, .fixed = p->fixed, .kept = kept};
     memcpy(made.opaque, p->opaque, sizeof made.opaque);
     for (int i = 0; i < 4; i++) {
         const float *c = p->corners[i];

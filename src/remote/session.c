@@ -79,6 +79,7 @@ void vd_session_destroy(vd_session **session) {
     vd_release(s->context, s->past_ids);
     vd_release(s->context, s->past_versions);
     vd_release(s->context, s->arena);
+    vd_release(s->context, s->order);
     vd_release(s->context, s);
     *session = NULL;
 }
@@ -188,7 +189,7 @@ static void greet(vd_session *s, const vd_wire_hello *hello) {
             .kind = VD_WIRE_HELLO,
             .as.hello = {.version = VD_WIRE_VERSION,
                          .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | VD_WIRE_MODELS |
-                                         VD_WIRE_HEIGHTS,
+                                         VD_WIRE_HEIGHTS | VD_WIRE_FIXED,
                          .name = s->def.name}};
         vd_session_say(s, &answer);
     }
@@ -217,7 +218,7 @@ bool vd_session_takes_past(vd_session *s, vd_session *past) {
 
 /* ---- the other messages -----------------------------------------------------------------------*/
 
-static bool same_view(const vd_wire_camera *a, const vd_wire_camera *b) {
+bool vd_session_same_view(const vd_wire_camera *a, const vd_wire_camera *b) {
     const vd_camera *p = &a->camera, *q = &b->camera;
     return a->width == b->width && a->height == b->height && p->eye.x == q->eye.x &&
            p->eye.y == q->eye.y && p->eye.z == q->eye.z && p->orientation.x == q->orientation.x &&
@@ -237,7 +238,7 @@ static void take_camera(vd_session *s, const vd_wire_camera *camera, double now_
         return;
     }
     s->stats.cameras++;
-    if (!same_view(camera, &s->camera)) {
+    if (!vd_session_same_view(camera, &s->camera)) {
         s->camera_s = now_s;
         s->exact = false;
     } else if (s->screen == s->camera.sequence) { /* under its old number it shows the same */
@@ -275,6 +276,7 @@ static void take(vd_session *s, const vd_wire_message *m, double now_s) {
     case VD_WIRE_DROP:
         for (int i = 0; s->set != NULL && i < m->as.drop.count; i++) {
             vd_impostors_lose(s->set, m->as.drop.ids[i]);
+            vd_session_lose_overlay(s, m->as.drop.ids[i]);
         }
         s->exact = false;
         break;

@@ -38,6 +38,17 @@ typedef struct vd_session_ground {
     double x, y, reach_m; /* around there, so far to each side */
 } vd_session_ground;
 
+enum { VD_SESSION_PARTS = 6 };
+
+/* A picture of map furniture. */
+typedef struct vd_session_part {
+    bool held;  /* by the client, as sent last */
+    bool shown; /* belongs to the furniture of now */
+    int box[4]; /* of the picture: x0, y0, x1, y1 */
+    uint64_t hash;
+    size_t bytes;
+} vd_session_part;
+
 struct vd_session {
     vd_session_def def;
     vd_context *context;
@@ -70,15 +81,23 @@ struct vd_session {
     size_t arena_used;
     size_t turn_bytes; /* sent in this turn */
 
+    vd_session_part parts[VD_SESSION_PARTS];
+    vd_wire_camera part_camera; /* that they were looked at for last, */
+    double part_s;              /* and when */
+    uint32_t part_version;
+    bool part_lost;  /* by the client */
+    uint64_t *order; /* [order_room]: ids of an order that has them too */
+    int order_room;
+
     vd_session_ground ground;
     float heights[VD_SESSION_GROUND_SIDE][VD_SESSION_GROUND_SIDE]; /* of the message */
-    bool lit;            /* the client knows the light */
-    uint64_t order_hash; /* of the last order sent */
-    bool ordered;        /* what the client shows is an order, not a screen in its place */
-    bool exact;          /* the client has the exact picture of its camera */
-    int quality;         /* of moving screens */
-    uint32_t screen;     /* sequence of the camera of the last screen */
-    double next_s;       /* nothing is due before */
+    bool lit;                                                      /* the client knows the light */
+    uint64_t order_hash;                                           /* of the last order sent */
+    bool ordered;    /* what the client shows is an order, not a screen in its place */
+    bool exact;      /* the client has the exact picture of its camera */
+    int quality;     /* of moving screens */
+    uint32_t screen; /* sequence of the camera of the last screen */
+    double next_s;   /* nothing is due before */
     vd_session_stats stats;
 };
 
@@ -105,6 +124,9 @@ void vd_session_flush(vd_session *session, double now_s);
 /* Packs a picture, or what the client draws itself, and adds it. */
 void vd_session_add_item(vd_session *session, const vd_impostor_item *item, double now_s);
 
+/* Packs a picture that is fixed to the screen, without loss, and adds it. */
+void vd_session_add_fixed(vd_session *session, const vd_impostor_item *item, double now_s);
+
 /* Packs a frame and sends it as a screen; `exact` frames without loss. False when it is too large
  * for that. */
 bool vd_session_send_screen(vd_session *session, const vd_frame *frame, bool exact, double now_s);
@@ -117,7 +139,28 @@ unsigned vd_session_codecs(const vd_session *session);
 /* Adds the heights around the newest camera, where the client wants them and has others. */
 void vd_session_add_ground(vd_session *session, double now_s);
 
+/* ---- session_overlay.c ---- */
+
+/* Of a client's memory, bytes for map furniture; 0: there is none, or none for this client. */
+size_t vd_session_overlay_bytes(const vd_session *session);
+
+/* Sends what has changed of it; `rests`: now and not in a while. */
+VD_MUST_USE vd_status vd_session_add_overlay(vd_session *session, vd_job *job, bool rests,
+                                             double now_s);
+
+/* Writes the ids of what is shown of it into ids[VD_SESSION_PARTS]; returns how many. */
+int vd_session_overlay_ids(const vd_session *session, uint64_t *ids);
+
+/* The client has dropped a picture, of anything. */
+void vd_session_lose_overlay(vd_session *session, uint64_t id);
+
+/* ---- session.c ---- */
+bool vd_session_same_view(const vd_wire_camera *a, const vd_wire_camera *b);
+
 /* ---- session_work.c ---- */
+
+/* The tools' frame, of the newest camera's size; what it shows holds until the next call. */
+VD_MUST_USE vd_status vd_session_screen_frame(vd_session *session, vd_frame **out);
 void vd_session_forget_pictures(vd_session *session);
 
 #endif

@@ -150,12 +150,12 @@ static vd_encode_def packing(const vd_session *s, bool lossless) {
 
 /* Packs the picture of an impostor, unless it was packed before, for another client. Its bytes are
  * borrowed until the next packing. */
-static vd_status pack_item(vd_session *s, const vd_impostor_item *item, const uint8_t **data,
-                           vd_encoded *out) {
+static vd_status pack_item(vd_session *s, const vd_impostor_item *item, bool lossless,
+                           const uint8_t **data, vd_encoded *out) {
     vd_session_tools *tools = s->def.tools;
     const vd_quad_picture *p = &item->picture;
     const vd_codec_picture picture = {p->rgba, p->width, p->height, p->stride};
-    vd_encode_def def = packing(s, s->settings.quality == 100);
+    vd_encode_def def = packing(s, lossless);
     def.codec = vd_codec_choose(def.costs, def.allowed, def.lossless, def.link_bytes_per_s,
                                 p->width, p->height);
     const vd_packed *known = vd_packed_find(&tools->sent, item->shared, def.codec, def.quality);
@@ -208,11 +208,12 @@ static void add_instance(vd_session *s, const vd_impostor_item *item, double now
     vd_session_add(s, &message, now_s);
 }
 
-static void add_picture(vd_session *s, const vd_impostor_item *item, double now_s) {
+static void add_picture(vd_session *s, const vd_impostor_item *item, bool fixed, double now_s) {
     const vd_quad_picture *p = &item->picture;
     const uint8_t *data = NULL;
     vd_encoded encoded;
-    const vd_status status = pack_item(s, item, &data, &encoded);
+    const vd_status status =
+        pack_item(s, item, fixed || s->settings.quality == 100, &data, &encoded);
     if (status.code != VD_OK) {
         vd_session_fail(s, VD_WIRE_FAULT_INTERNAL, status.message);
         return;
@@ -225,7 +226,8 @@ static void add_picture(vd_session *s, const vd_impostor_item *item, double now_
                               .width = p->width,
                               .height = p->height,
                               .codec = encoded.codec,
-                              .picture = {data, encoded.bytes}};
+                              .picture = {data, encoded.bytes},
+                              .fixed = fixed};
     memcpy(out->opaque, p->opaque, sizeof out->opaque);
     place(item->corners, out);
     const size_t bytes = vd_wire_message_bytes(&message);
@@ -251,9 +253,13 @@ void vd_session_add_item(vd_session *s, const vd_impostor_item *item, double now
         add_instance(s, item, now_s);
         break;
     default:
-        add_picture(s, item, now_s);
+        add_picture(s, item, false, now_s);
         break;
     }
+}
+
+void vd_session_add_fixed(vd_session *s, const vd_impostor_item *item, double now_s) {
+    add_picture(s, item, true, now_s);
 }
 
 /* ---- screens ----------------------------------------------------------------------------------*/

@@ -42,6 +42,7 @@ static bool make_set(vd_session *s) {
         def.placed_bytes = wanted / PLACED_SHARE;
         beside += def.placed_bytes;
     }
+    beside += vd_session_overlay_bytes(s);
     def.memory_bytes = wanted > beside + ((size_t)1 << 20) ? wanted - beside : (size_t)1 << 20;
     def.ship = true;
     def.spare = SPARE;
@@ -87,7 +88,7 @@ static void drop_past(vd_session *s, double now_s) {
 
 /* ---- whole screens ----------------------------------------------------------------------------*/
 
-static vd_status draw_screen(vd_session *s, vd_job *job) {
+vd_status vd_session_screen_frame(vd_session *s, vd_frame **out) {
     vd_session_tools *tools = s->def.tools;
     vd_status status = vd_success();
     if (tools->frame == NULL || tools->frame->width != s->camera.width ||
@@ -96,8 +97,15 @@ static vd_status draw_screen(vd_session *s, vd_job *job) {
         status =
             vd_frame_create(tools->context, s->camera.width, s->camera.height, 0, &tools->frame);
     }
+    *out = tools->frame;
+    return status;
+}
+
+static vd_status draw_screen(vd_session *s, vd_job *job) {
+    vd_frame *frame = NULL;
+    const vd_status status = vd_session_screen_frame(s, &frame);
     return status.code == VD_OK
-               ? vd_world_renderer_draw(s->def.renderer, job, &s->camera.camera, tools->frame, NULL)
+               ? vd_world_renderer_draw(s->def.renderer, job, &s->camera.camera, frame, NULL)
                : status;
 }
 
@@ -152,13 +160,36 @@ static vd_status send_fresh(vd_session *s, double now_s) {
     return status;
 }
 
-static uint64_t hash_of(const vd_impostor_order *order) {
+static uint64_t hash_of(const uint64_t *ids, int count) {
     uint64_t hash = 14695981039346656037u; /* FNV-1a over whole ids */
-    for (int i = 0; i < order->count; i++) {
-        hash = (hash ^ order->ids[i]) * 1099511628211u;
+    for (int i = 0; i < count; i++) {
+        hash = (hash ^ ids[i]) * 1099511628211u;
         hash ^= hash >> 29;
     }
-    return hash ^ (uint64_t)order->count;
+    return hash ^ (uint64_t)count;
+}
+
+/* Adds what is fixed to the screen to an order, over all else. Returns VD_ERROR_MEMORY. */
+static vd_status add_fixed(vd_session *s, vd_impostor_order *order) {
+    uint64_t fixed[VD_SESSION_PARTS];
+    const int count = vd_session_overlay_ids(s, fixed);
+    if (count == 0) {
+        return vd_success();
+    }
+    if (order->count + count > s->order_room) {
+        const int room = 2 * (order->count + count);
+        vd_release(s->context, s->order);
+        s->order = vd_allocate(s->context, (size_t)room, sizeof *s->order);
+        s->order_room = s->order != NULL ? room : 0;
+        if (s->order == NULL) {
+            return vd_failure(VD_ERROR_MEMORY, "not enough memory for an order; let fewer in");
+        }
+    }
+    memcpy(s->order, order->ids, (size_t)order->count * sizeof *s->order);
+    memcpy(s->order + order->count, fixed, (size_t)count * sizeof *s->order);
+    order->ids = s->order;
+    order->count += count;
+    return vd_success();
 }
 
 /* Orders what is shown, or a whole screen while too much of it is missing. */
@@ -173,7 +204,11 @@ static vd_status send_order(vd_session *s, vd_job *job, double now_s) {
         s->ordered = false;
         return s->screen != s->camera.sequence ? send_screen(s, job, false, now_s) : status;
     }
-    const uint64_t hash = hash_of(&order);
+    status = add_fixed(s, &order);
+    if (status.code != VD_OK) {
+        return status;
+    }
+    const uint64_t hash = hash_of(order.ids, order.count);
     if (!s->ordered || hash != s->order_hash) {
         const vd_wire_message message = {
             .kind = VD_WIRE_ORDER, .as.order = {s->camera.sequence, {order.ids, order.count}}};
@@ -221,10 +256,14 @@ static vd_status work_impostors(vd_session *s, vd_job *job, double now_s) {
             vd_impostors_deliver(s->set, items[i].id, items[i].version);
         }
     }
+    const vd_frame *still = s->state == VD_SESSION_SERVING ? vd_impostors_still(s->set) : NULL;
+    if (status.code == VD_OK && s->state == VD_SESSION_SERVING) {
+        status = vd_session_add_overlay(s, job, still != NULL, now_s);
+    }
     if (status.code == VD_OK && s->state == VD_SESSION_SERVING) {
         status = send_order(s, job, now_s);
     }
-    const vd_frame *still = s->state == VD_SESSION_SERVING ? vd_impostors_still(s->set) : NULL;
+    still = s->state == VD_SESSION_SERVING ? still : NULL;
     if (status.code == VD_OK && still != NULL && !s->exact) {
         s->exact = true; /* one try: what is too large for a message stays as it is */
         (void)vd_session_send_screen(s, still, true, now_s);

@@ -70,7 +70,8 @@ static vd_status impostor(const Veduta__Wire__Impostor *from, vd_wire_impostor *
                             .width = int_of(from->width),
                             .height = int_of(from->height),
                             .codec = (vd_codec)int_of(from->codec),
-                            .picture = bytes_of(from->picture)};
+                            .picture = bytes_of(from->picture),
+                            .fixed = from->fixed != 0};
     memcpy(m->corners, from->corners, sizeof m->corners);
     for (size_t i = 0; i < from->n_opaque; i++) {
         m->opaque[i] = int_of(from->opaque[i]);

@@ -72,6 +72,7 @@ static void impostor(const vd_wire_impostor *m, vd_wire_record *r) {
     to->opaque = r->opaque;
     to->codec = (uint32_t)m->codec;
     to->picture = bytes_of(&m->picture);
+    to->fixed = m->fixed;
 }
 
 static void order(const vd_wire_order *m, vd_wire_record *r) {

@@ -187,3 +187,21 @@ vd_status vd_world_draw_over(vd_world_renderer *r, vd_job *job, const vd_pass *p
     pass->stats->labels = labels;
     return vd_coverage_draw_frame(r->coverage, job, NULL, layers, count, frame);
 }
+
+vd_status vd_world_renderer_draw_overlay(vd_world_renderer *r, vd_job *job, const vd_camera *camera,
+                                         vd_frame *frame, vd_overlay *overlay) {
+    *overlay = (vd_overlay){.layer_count = 0};
+    memset(frame->rgba, 0, 4 * frame->stride * (size_t)frame->height);
+    vd_status status = vd_success();
+    if (r->def.overlay != NULL) {
+        status = r->def.overlay(r->def.overlay_user, camera, frame->width, frame->height, overlay);
+    }
+    return status.code == VD_OK && overlay->layer_count > 0
+               ? vd_coverage_draw_frame(r->coverage, job, NULL, overlay->layers,
+                                        overlay->layer_count, frame)
+               : status;
+}
+
+bool vd_world_renderer_has_overlay(const vd_world_renderer *renderer) {
+    return renderer->def.overlay != NULL;
+}

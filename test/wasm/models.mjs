@@ -45,7 +45,7 @@ for (let frame = 0; frame < frames; frame++) {
     const opaque = new DataView(wasm.memory.buffer);
     [0, 1, 2, 3].forEach((i) => opaque.setInt32(place + 96 + 4 * i, 0, true));
     const pixels = wasm.vd_wasm_scene_add(0, 8, 8);
-    wasm.vd_wasm_scene_place(0, place, place + 96);
+    wasm.vd_wasm_scene_place(0, place, place + 96, 0);
     new Uint8Array(wasm.memory.buffer).set(bytesOf(256), pixels);
     const behind = word(), count = word();
     const ordered = [];
@@ -87,8 +87,8 @@ if (frames === 0 || shown < 2 * frames) {
     write(place, [0, 0, 0, 500, 0, 0, 0, 500, 0, 0, 0, 500, 1, 0, 0, 0, 0]);
     wasm.vd_wasm_instance_add(0, 0, place);
     const mark = wasm.vd_wasm_mark(), rgba = wasm.vd_wasm_take(4 * width * height);
-    const memory = new DataView(wasm.memory.buffer);
     for (const count of [MOST, 1]) {
+        const memory = new DataView(wasm.memory.buffer);
         for (let i = 0; i < count; i++) {
             memory.setUint32(order + 4 * i, INSTANCES, true);
         }

@@ -30,7 +30,7 @@ for (let frame = 0; frame < frames; frame++) {
             fail(`frame ${frame}: no room in slot ${slot} for ${width}x${height}, ` +
                  `${wasm.vd_wasm_scene_bytes()} of ${heap} bytes are used`);
         }
-        wasm.vd_wasm_scene_place(slot, place, place + 96);
+        wasm.vd_wasm_scene_place(slot, place, place + 96, 0);
         new Uint8Array(wasm.memory.buffer).set(bytesOf(4 * width * height), pixels);
         moved += addresses.get(slot) === pixels ? 0 : 1;
         addresses.set(slot, pixels);

@@ -12,6 +12,7 @@ export interface CameraNumbers {
 export interface PictureItem {
     kind: 'impostor'; id: bigint; version: number; corners: Float64Array; opaque: number[];
     width: number; height: number; pixels: Uint8Array;
+    fixed: boolean; // to the screen
 }
 export interface ScreenItem {
     kind: 'screen'; camera: CameraNumbers; exact: boolean; width: number; height: number;

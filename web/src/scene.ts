@@ -210,7 +210,7 @@ export class Scene {
         new Float64Array(this.wasm.memory.buffer, this.place, 12).set(item.corners);
         new Int32Array(this.wasm.memory.buffer, this.place + 96, 4).set(
             item.opaque.length === 4 ? item.opaque : [0, 0, 0, 0]);
-        this.wasm.vd_wasm_scene_place(slot, this.place, this.place + 96);
+        this.wasm.vd_wasm_scene_place(slot, this.place, this.place + 96, item.fixed ? 1 : 0);
         this.held.set(item.id, { kind: item.kind, slot, version: item.version, bytes: 0,
                                  model: null });
         dropped.delete(item.id);

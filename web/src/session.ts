@@ -45,7 +45,7 @@ const MOST_HANDED_BYTES = 128 << 20; // unpacked, on their way to the display
 const SENT_CAMERAS = 64;
 export const WORLD_BYTES = 1 << 20; // most of /world.json
 const MODES = { impostors: 1, screens: 2 };
-const MODELS_BIT = 1 << 8, SCREENS_BIT = 1 << 10, GROUND_BIT = 1 << 11;
+const MODELS_BIT = 1 << 8, SCREENS_BIT = 1 << 10, GROUND_BIT = 1 << 11, FIXED_BIT = 1 << 12;
 const MODEL = 1; // a kind of geometry
 const TOO_MUCH = 6; // an error's code
 
@@ -241,7 +241,8 @@ export class Session {
         this.batch = 0;
         this.sent = [];
         this.heardAt = this.around.now();
-        const capabilities = this.unpacker.codecs | MODELS_BIT | SCREENS_BIT | GROUND_BIT;
+        const capabilities = this.unpacker.codecs | MODELS_BIT | SCREENS_BIT | GROUND_BIT |
+            FIXED_BIT;
         this.send([{ hello: { version: VERSION, capabilities,
                               token: this.setup.token, memory_bytes: BigInt(this.setup.memoryBytes),
                               width: this.setup.width, height: this.setup.height, name: 'page',
@@ -429,7 +430,7 @@ export class Session {
         const corners = Float64Array.from(m.corners, (value, i) => from[i % 3]! + value);
         const make = (pixels: Uint8Array): Item => (
             { kind: 'impostor', id: m.id, version: m.version, corners, opaque: m.opaque,
-              width: m.width, height: m.height, pixels });
+              width: m.width, height: m.height, pixels, fixed: m.fixed });
         const pixels = this.unpacker.unpack(m.codec, m.picture, m.width, m.height);
         return pixels instanceof Uint8Array ? make(pixels) : pixels.then(make);
     }

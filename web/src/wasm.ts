@@ -9,7 +9,7 @@ export interface Exports {
     vd_wasm_unpack_plane(data: number, bytes: number, count: number, plane: number): number;
     vd_wasm_scene_create(slots: number, heapBytes: number): number;
     vd_wasm_scene_add(slot: number, width: number, height: number): number;
-    vd_wasm_scene_place(slot: number, corners: number, opaque: number): void;
+    vd_wasm_scene_place(slot: number, corners: number, opaque: number, fixed: number): void;
     vd_wasm_scene_remove(slot: number): void;
     vd_wasm_scene_bytes(): number;
     vd_wasm_placed_create(bytes: number): number;

@@ -30,6 +30,7 @@ export interface Camera {
 export interface Impostor {
     id: bigint; version: number; origin?: Vector; corners: number[]; nearer: number;
     width: number; height: number; opaque: number[]; codec: number; picture: Uint8Array;
+    fixed: boolean;
 }
 export interface Geometry {
     id: bigint; version: number; kind: number; origin?: Vector; block: Uint8Array;

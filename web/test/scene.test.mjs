@@ -132,6 +132,25 @@ test('what is behind the eye, or beside the picture, does not use up what a fram
     assert.ok(!scene.absurd);
 });
 
+test('what is fixed to the screen stays there, wherever the camera looks', async () => {
+    const { scene, looking, see } = await begin();
+    const corners = (s) => Float64Array.of(-s, -s, 1, s, -s, 1, s, s, 1, -s, s, 1);
+    const sign = { ...picture(2, 1, [90, 80, 70], 2), corners: corners(0.1), fixed: true };
+    scene.apply([picture(1, 1, [10, 20, 30]), sign, { kind: 'order', ids: ids(1, 2) }]);
+    const other = { ...camera(), eye: [500, -90, 40], near: 400 };
+    scene.aim(other, 123, -40, 0, 12);
+    const wide = (from) => { // pixels of the middle row that show it: a fifth of the height
+        const f = scene.draw(from, false, false);
+        const row = new Uint8Array(scene.wasm.memory.buffer, f.at + 4 * f.stride * 24, 4 * 64);
+        return Array.from({ length: 64 }, (_, x) => row[4 * x]).filter((red) => red === 90).length;
+    };
+    assert.deepEqual(see(looking), [90, 80, 70]);
+    assert.deepEqual(see(other), [90, 80, 70]);
+    for (const from of [looking, other]) {
+        assert.ok(Math.abs(wide(from) - 9.6) <= 1, String(wide(from)));
+    }
+});
+
 test('screens: as they are, turned with the camera, until the next order', async () => {
     const { scene, looking, see } = await begin();
     const screen = (exact, color, from = looking) => ({

@@ -116,6 +116,76 @@ test('every frame has pictures, whole screens too', () => withServer(async ({ ur
     await page.context().close();
 }));
 
+/** The share of pixels of a rectangle that differ by more than a little. */
+function differing(a, b, [x0, y0, x1, y1]) {
+    let count = 0;
+    for (let y = y0; y < y1; y++) {
+        for (let x = x0; x < x1; x++) {
+            const p = a.at(x, y), q = b.at(x, y);
+            count += p.some((v, i) => Math.abs(v - q[i]) > 8) ? 1 : 0;
+        }
+    }
+    return count / ((x1 - x0) * (y1 - y0));
+}
+
+test('furniture stands still while the world moves', () => withServer(async ({ url }) => {
+    const page = await openPage(browser, url, context);
+    await isExact(page);
+    const before = await keepPicture(page);
+    await page.keyboard.down('w');
+    await pause(700);
+    const moving = await keepPicture(page);
+    await page.keyboard.up('w');
+    const bar = [462, 190, 468, 258], beside = [120, 100, 360, 200];
+    assert.ok(differing(before, moving, beside) > 0.2, String(differing(before, moving, beside)));
+    assert.ok(differing(before, moving, bar) < 0.02, String(differing(before, moving, bar)));
+    assert.deepEqual(page.wrong, []);
+    await page.context().close();
+}, '--legend', '--title', 'Mont Blanc', '--north-arrow', '--scale-bar'));
+
+test('the eye keeps above the ground', () => withServer(async ({ url }) => {
+    const [bare, token] = url.split('#token=');
+    const answer = await fetch(`${bare}world.json`, { headers: { Authorization: `Bearer ${token}` } });
+    const { bounds: { min, max } } = await answer.json();
+    const over = [(min[0] + max[0]) / 2, (min[1] + max[1]) / 2, max[2] + 500, 30, -20, 60];
+    const page = await openPage(browser, `${url}&camera=${over}`, { ...context, permissions: ['clipboard-read',
+                                                                          'clipboard-write'] });
+    await isExact(page);
+    const eye = async () => {
+        await page.keyboard.press('Shift+C');
+        const flags = await page.evaluate(() => navigator.clipboard.readText());
+        return flags.split(' ')[1].split(',').map(Number);
+    };
+    await page.keyboard.down('f'); // down
+    let z = (await eye())[2];
+    await until(async () => {
+        const before = z;
+        await pause(500); // the page says where it is every fifth of a second
+        z = (await eye())[2];
+        return z === before;
+    }, 'an end of the fall', 60);
+    await page.keyboard.up('f');
+    assert.ok(z > min[2] && z < max[2], `${z} m`);
+    let low = z, rose = 0;
+    for (let leg = 0; leg < 8 && rose < 50; leg++) { // somewhere there is a slope
+        await page.keyboard.down('w');
+        await pause(800);
+        await page.keyboard.up('w');
+        await page.keyboard.down('f'); // held down to the ground all the while
+        await pause(1200);
+        await page.keyboard.up('f');
+        await page.keyboard.down('d');
+        await pause(700);
+        await page.keyboard.up('d');
+        const [, , height] = await eye();
+        rose = Math.max(rose, height - low);
+        low = Math.min(low, height);
+    }
+    assert.ok(rose >= 50, `it rose by ${rose} m`);
+    assert.deepEqual(page.wrong, []);
+    await page.context().close();
+}));
+
 test('a server that is killed and started again', async () => {
     const first = await serve('--port', '0', '--token', 'one-and-the-same');
     const page = await openPage(browser, first.url, context);

@@ -28,6 +28,7 @@ typedef struct slot {
     uint32_t at; /* of its block in the heap, plus 1; 0: empty */
     int width, height;
     int opaque[4];
+    bool fixed;         /* to the screen: corners are in camera space, see veduta.proto */
     vd_vec3 corners[4]; /* world, metres, in the order of vd_quad */
 } slot;
 
@@ -177,12 +178,13 @@ uint8_t *VD_EXPORT(vd_wasm_scene_add)(uint32_t number, int width, int height) {
     return scene.heap + at + HEAD_BYTES;
 }
 
-/* Sets where a slot's picture stands: four corners of x, y, z; and its opaque rectangle. What is
- * not sound is found when it is drawn. */
-void VD_EXPORT(vd_wasm_scene_place)(uint32_t number, const double corners[12],
-                                    const int opaque[4]) {
+/* Sets where a slot's picture stands: four corners of x, y, z; its opaque rectangle; whether it is
+ * fixed to the screen. What is not sound is found when it is drawn. */
+void VD_EXPORT(vd_wasm_scene_place)(uint32_t number, const double corners[12], const int opaque[4],
+                                    int fixed) {
     if (number < scene.slot_count) {
         slot *s = &scene.slots[number];
+        s->fixed = fixed != 0;
         for (int i = 0; i < 4; i++) {
             s->corners[i] = vd_vec3_make(corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]);
             s->opaque[i] = opaque[i];
@@ -251,9 +253,29 @@ void VD_EXPORT(vd_wasm_fill)(uint32_t *rgba, int height, size_t stride, uint32_t
     }
 }
 
+/* What quads are placed by. */
+typedef struct eye {
+    vd_camera camera;
+    vd_matrix matrix;
+} eye;
+
+/* That of pictures which are fixed to the screen. Homogeneous places may be scaled: theirs, about
+ * one unit away, are brought behind the near plane, wherever that is. */
+static eye fixed_eye(double near_m, int width, int height) {
+    eye e = {.camera = {.orientation = {0, 0, 0, 1},
+                        .projection = VD_PROJECTION_PERSPECTIVE,
+                        .lens = {height, height, 0.5 * width, 0.5 * height},
+                        .near_m = near_m}};
+    const double scale = near_m > 0.5 ? 2 * near_m : 1;
+    e.matrix = vd_camera_matrix(&e.camera);
+    for (int i = 0; i < 16; i++) {
+        e.matrix.m[i / 4][i % 4] *= scale;
+    }
+    return e;
+}
+
 /* The quad of a slot's picture; false where there is none, or it cannot be placed. */
-static bool make_quad(uint32_t number, const vd_camera *camera, const vd_matrix *matrix,
-                      vd_quad *quad) {
+static bool make_quad(uint32_t number, const eye *free, const eye *fixed, vd_quad *quad) {
     if (number >= scene.slot_count || scene.slots[number].at == 0) {
         return false;
     }
@@ -264,7 +286,8 @@ static bool make_quad(uint32_t number, const vd_camera *camera, const vd_matrix 
                                       s->height,
                                       (size_t)s->width,
                                       {s->opaque[0], s->opaque[1], s->opaque[2], s->opaque[3]}};
-    return place(quad, camera, matrix, s->corners);
+    const eye *from = s->fixed ? fixed : free;
+    return place(quad, &from->camera, &from->matrix, s->corners);
 }
 
 /* How many numbers from here on are instances. */
@@ -278,12 +301,14 @@ static uint32_t count_instances(uint32_t from, uint32_t end) {
 
 /* Draws what the first `count` numbers of the order name, farthest first, over rgba (as
  * vd_wasm_draw wants it); with `bounds` a tint over each. What is not sound or no longer there is
- * left out, and what comes when the frame was covered too often. Returns the number of pictures drawn, or −1 when there is no memory. */
+ * left out, and what comes when the frame was covered too often. Returns the number of pictures
+ * drawn, or −1 when there is no memory. */
 int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int width, int height,
                                   size_t stride, uint32_t count, int bounds) {
     const uintptr_t mark = vd_wasm_mark();
     const vd_camera camera = read_camera(page);
-    const vd_matrix matrix = vd_camera_matrix(&camera);
+    const eye free = {camera, vd_camera_matrix(&camera)};
+    const eye fixed = fixed_eye(page->near_m, width, height);
     const uint32_t most = count < scene.slot_count ? count : scene.slot_count;
     vd_quad *quads = (vd_quad *)vd_wasm_take((bounds ? 2 : 1) * most * sizeof *quads);
     if (quads == NULL) {
@@ -307,7 +332,7 @@ int VD_EXPORT(vd_wasm_scene_draw)(const page_camera *page, uint8_t *rgba, int wi
             i += run - 1;
             continue;
         }
-        if (!make_quad(scene.order[i], &camera, &matrix, &quad)) {
+        if (!make_quad(scene.order[i], &free, &fixed, &quad)) {
             continue;
         }
         pixels += vd_quad_pixels(&quad, near_m, width, height);
