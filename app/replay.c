@@ -110,6 +110,10 @@ static vd_status show(replaying *r, const vd_wire_message *m) {
         printf(" %016llx version %u of %016llx", (unsigned long long)m->as.instance.id,
                m->as.instance.version, (unsigned long long)m->as.instance.model);
         break;
+    case VD_WIRE_GROUND:
+        printf(" %d x %d heights, %.3g m apart, from %.3f, %.3f", m->as.ground.columns,
+               m->as.ground.rows, m->as.ground.step_m, m->as.ground.x, m->as.ground.y);
+        break;
     case VD_WIRE_REPLACE:
         printf(" %d by %d", m->as.replace.out.count, m->as.replace.in.count);
         break;

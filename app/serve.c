@@ -93,6 +93,7 @@ static vd_status open_server(serving *v) {
     def.world_json = v->json;
     def.camera = vd_serve_camera;
     def.camera_user = &v->world;
+    def.record = s->record;
     def.max_clients = s->max_clients;
     def.bytes_per_s = s->bytes_per_s;
     def.memory_bytes = (size_t)s->memory_bytes;

@@ -68,6 +68,13 @@ static const vd_option own[SERVE_COUNT - OPTION_COUNT] = {
                                      .unit = "bytes, or with ending: 64M",
                                      .fallback = "64M",
                                      .help = "most that a client's pictures take here and there"},
+    [SERVE_RECORD - OPTION_COUNT] = {.key = "record",
+                                     .group = SERVER,
+                                     .type = VD_OPTION_FILE,
+                                     .argument = "FILE.vdx",
+                                     .transient = true,
+                                     .help = "write what is said to and by the first client into "
+                                             "it, for `veduta replay`"},
 };
 
 /* Options of `veduta render` that say nothing about a server. */
@@ -147,6 +154,7 @@ vd_status vd_serve_settings_read(const vd_options *options, const vd_render_sett
                                .certificate = v[SERVE_TLS].text,
                                .key = v[SERVE_TLS_KEY].text,
                                .root = v[SERVE_ROOT].text,
+                               .record = v[SERVE_RECORD].text,
                                .max_clients = (int)v[SERVE_MAX_CLIENTS].number};
     if (out->token != NULL && !is_token(out->token)) {
         return vd_failure(VD_ERROR_ARGUMENT,

@@ -14,6 +14,7 @@ enum {
     SERVE_MAX_CLIENTS,
     SERVE_BANDWIDTH,
     SERVE_MEMORY,
+    SERVE_RECORD,
     SERVE_COUNT
 };
 
@@ -23,6 +24,7 @@ typedef struct vd_serve_settings {
     const char *token;             /* null: a random one */
     const char *certificate, *key; /* null: no TLS */
     const char *root;              /* null: where a page usually is */
+    const char *record;            /* null: nothing is */
     int max_clients;
     double bytes_per_s; /* 0: no limit */
     double memory_bytes;

@@ -539,7 +539,7 @@ static void test_root(void **state) {
 static void test_replay(void **state) {
     (void)state;
     assert_int_equal(run("", "replay " VEDUTA_SOURCE_DIR "/test/wire/exchange.vdx"), 0);
-    assert_non_null(strstr(out, "12 envelopes, 21 messages, 2 pictures"));
+    assert_non_null(strstr(out, "12 envelopes, 22 messages, 2 pictures"));
     assert_int_equal(run("", "replay nothing.vdx"), 1);
     assert_int_equal(run("", "replay"), 2);
     write_file("bad.vdx", "VDX?");
@@ -550,6 +550,47 @@ static void test_replay(void **state) {
     assert_non_null(strstr(err, "is cut off"));
 }
 
+/* What the first client and the server say is written down, but its token. */
+static void test_record(void **state) {
+    (void)state;
+    connection c, other;
+    (void)unlink("first.vdx");
+    serve_start(&server, "--port 0 --record first.vdx " WORLD);
+    vd_camera camera = first_camera();
+    greet(&c, false);
+    look(&c, &camera);
+    settle(&c);
+    greet(&other, false);
+    look(&other, &camera);
+    settle(&other);
+    assert_int_not_equal(access("first.vdx", F_OK), 0); /* it is not whole */
+    connection_close(&c);
+    for (int i = 0; i < 100 && access("first.vdx", F_OK) != 0; i++) {
+        connection_run(&other, 0.05);
+    }
+    const int pictures = c.client.pictures, screens = c.client.screens;
+    connection_close(&other);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
+    assert_int_equal(run("", "replay first.vdx"), 0);
+    assert_non_null(strstr(out, "hello version 1"));
+    assert_non_null(strstr(out, "camera 1 at"));
+    assert_non_null(strstr(out, ", exact"));
+    char counts[64];
+    (void)snprintf(counts, sizeof counts, " %d pictures", pictures + screens);
+    if (strstr(out, counts) == NULL) {
+        fail_msg("%s: not%s", out + strlen(out) - 80, counts);
+    }
+    char command[512];
+    (void)snprintf(command, sizeof command, "grep -c '%s' first.vdx >/dev/null", server.token);
+    assert_int_not_equal(system(command), 0);
+    serve_start(&server, "--port 0 --record none.vdx " WORLD);
+    assert_int_equal(serve_stop(&server, SIGTERM), 0);
+    assert_int_not_equal(access("none.vdx", F_OK), 0);
+    assert_int_not_equal(access("none.vdx.part", F_OK), 0);
+    assert_int_equal(run("", "serve --port 0 --record no/where.vdx " WORLD), 1);
+    assert_non_null(strstr(err, "name another file to record into"));
+}
+
 int main(void) {
     (void)signal(SIGPIPE, SIG_IGN);
     const struct CMUnitTest tests[] = {
@@ -557,8 +598,8 @@ int main(void) {
         cmocka_unit_test(test_settles),    cmocka_unit_test(test_screens),
         cmocka_unit_test(test_comes_back), cmocka_unit_test(test_tls),
         cmocka_unit_test(test_refused),    cmocka_unit_test(test_loris),
-        cmocka_unit_test(test_root),       cmocka_unit_test(test_bad_use),
-        cmocka_unit_test(test_replay),
+        cmocka_unit_test(test_record),     cmocka_unit_test(test_root),
+        cmocka_unit_test(test_bad_use),    cmocka_unit_test(test_replay),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -44,6 +44,8 @@ typedef struct vd_server_def {
     int max_clients;     /* 1 … 4096 */
     double bytes_per_s;  /* a client, at most; 0: as the link does */
     size_t memory_bytes; /* of a client's pictures, at most; at least 4 MiB */
+    const char *record;  /* file for what is said to and by the first client, up to its end
+                            (docs/wire.md); null: none. Its token is not in it */
 } vd_server_def;
 
 /* Loopback, any port, 32 clients, 64 MiB each. */
@@ -52,8 +54,8 @@ VD_API vd_server_def vd_server_def_default(void);
 typedef struct vd_server vd_server;
 
 /* Binds the port. Returns VD_ERROR_ARGUMENT (a field, by name), VD_ERROR_IO (the address cannot be
- * listened at, the certificate or the page cannot be read), VD_ERROR_UNSUPPORTED (built without
- * libwebsockets) or VD_ERROR_MEMORY. */
+ * listened at, the certificate or the page cannot be read, the recording not written),
+ * VD_ERROR_UNSUPPORTED (built without libwebsockets) or VD_ERROR_MEMORY. */
 VD_API VD_MUST_USE vd_status vd_server_create(vd_context *context, const vd_server_def *def,
                                               vd_server **out);
 

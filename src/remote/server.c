@@ -205,6 +205,9 @@ vd_status vd_server_create(vd_context *context, const vd_server_def *def, vd_ser
     if (status.code == VD_OK) {
         status = open_network(server);
     }
+    if (status.code == VD_OK) {
+        status = vd_server_record(server);
+    }
     if (status.code != VD_OK) {
         vd_server_destroy(&server);
         return status;
@@ -222,6 +225,8 @@ void vd_server_destroy(vd_server **out) {
         lws_context_destroy(server->network);
     }
     vd_server_free_peers(server);
+    vd_server_end_recording(server, NULL);
+    free(server->recording.name);
     vd_server_forget_files(server);
     free(server->protocols);
     vd_session_tools_finish(&server->tools);

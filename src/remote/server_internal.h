@@ -13,6 +13,7 @@
 
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <veduta/server.h>
 #include "remote/session.h"
 
@@ -92,6 +93,16 @@ typedef struct vd_past {
     double since_s;
 } vd_past;
 
+/* What is said to and by one client. */
+typedef struct vd_recording {
+    FILE *file;          /* null: nothing is recorded, or no more */
+    char *name;          /* that it has until it is whole */
+    const vd_peer *peer; /* null: none has come */
+    double begun_s;
+    uint64_t bytes;
+    bool failed;
+} vd_recording;
+
 struct vd_server {
     vd_context *context;
     vd_server_def def;
@@ -115,6 +126,7 @@ struct vd_server {
     vd_session_tools tools; /* rendering thread */
     vd_past past[VD_PAST_MOST];
     uint32_t sessions; /* so far */
+    vd_recording recording;
 };
 
 double vd_server_now_s(void);
@@ -136,6 +148,18 @@ int vd_server_http(struct lws *wsi, int reason, void *user, void *in, size_t len
 size_t vd_server_http_bytes(void);
 int vd_server_socket(struct lws *wsi, int reason, void *user, void *in, size_t length);
 size_t vd_server_socket_bytes(void);
+
+/* ---- server_record.c: the rendering thread, or before and after it ---- */
+
+/* Opens the file of a recording, where one is wanted. Returns VD_ERROR_IO or VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_server_record(vd_server *server);
+
+/* Takes down what a client said, after its session has taken it in, and what it is sent. */
+void vd_server_record_message(vd_server *server, const vd_peer *peer, const vd_received *message);
+void vd_server_record_packet(vd_server *server, const vd_peer *peer, const vd_packet *packet);
+
+/* Ends the recording where it is of that peer; null: where none has come. */
+void vd_server_end_recording(vd_server *server, const vd_peer *peer);
 
 /* ---- server_render.c ---- */
 void vd_server_free_peers(vd_server *server);

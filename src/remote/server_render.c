@@ -26,6 +26,7 @@ static void free_peer(vd_server *server, vd_peer *peer) {
         vd_release(server->context, peer->outbox);
         peer->outbox = next;
     }
+    vd_server_end_recording(server, peer);
     vd_session_destroy(&peer->session);
     free(peer->partial);
     free(peer);
@@ -126,6 +127,7 @@ static void hand_in(vd_server *server, vd_peer *peer) {
     while (message != NULL) {
         vd_received *next = message->next;
         vd_session_receive(peer->session, message->data, message->bytes, message->at_s);
+        vd_server_record_message(server, peer, message);
         free(message);
         message = next;
     }
@@ -161,6 +163,7 @@ static void hand_out(vd_server *server, vd_peer *peer) {
     }
     vd_packet **end = &first;
     while (*end != NULL) {
+        vd_server_record_packet(server, peer, *end);
         end = &(*end)->next;
         *end = vd_session_take(peer->session);
     }
