@@ -197,7 +197,8 @@ static void it_stays_within_its_memory(void **state) {
     end();
 }
 
-/* A bar that stands, and a needle that turns with the camera; one of them where labels may stand. */
+/* A bar that stands, and a needle that turns with the camera; one of them where labels may stand.
+ */
 typedef struct furniture {
     vd_layer layers[2];
     double bar[4][2], needle[3][2];
@@ -210,8 +211,10 @@ static vd_status furnish(void *user, const vd_camera *camera, int width, int hei
     double heading, pitch, roll;
     vd_orientation_to_angles(camera->orientation, &heading, &pitch, &roll);
     const double x = width - 20, y = 20, s = sin(heading), c = cos(heading);
-    const double bar[4][2] = {{8, height - 12.0}, {60, height - 12.0}, {60, height - 6.0}, {8, height - 6.0}};
-    const double needle[3][2] = {{x + 14 * s, y - 14 * c}, {x - 5 * c, y - 5 * s}, {x + 5 * c, y + 5 * s}};
+    const double bar[4][2] = {
+        {8, height - 12.0}, {60, height - 12.0}, {60, height - 6.0}, {8, height - 6.0}};
+    const double needle[3][2] = {
+        {x + 14 * s, y - 14 * c}, {x - 5 * c, y - 5 * s}, {x + 5 * c, y + 5 * s}};
     memcpy(f->bar, bar, sizeof bar);
     memcpy(f->needle, needle, sizeof needle);
     for (int i = 0; i < 2; i++) {
@@ -251,8 +254,8 @@ static void count_fixed(const vd_packet *p) {
     assert_ok(
         vd_wire_decode(e.wire, VD_WIRE_SERVER, p->data + VD_PACKET_HEAD, p->bytes, &envelope));
     for (int i = 0; i < envelope.count; i++) {
-        fixed_pictures += envelope.messages[i].kind == VD_WIRE_IMPOSTOR &&
-                          envelope.messages[i].as.impostor.fixed;
+        fixed_pictures +=
+            envelope.messages[i].kind == VD_WIRE_IMPOSTOR && envelope.messages[i].as.impostor.fixed;
     }
 }
 
@@ -265,8 +268,8 @@ static void furniture_stays_on_screen(void **state) {
     begin((size_t)64 << 20, true);
     vd_session_destroy(&e.session);
     vd_world_renderer_destroy(&e.scene.renderer);
-    assert_ok(vd_world_renderer_create(e.context, NULL, e.scene.world, &furnished,
-                                       &e.scene.renderer));
+    assert_ok(
+        vd_world_renderer_create(e.context, NULL, e.scene.world, &furnished, &e.scene.renderer));
     e.scene.def.renderer = e.scene.renderer;
     assert_ok(vd_session_create(&e.scene.def, e.now_s, &e.session));
     e.said = count_fixed;
@@ -292,7 +295,7 @@ static void furniture_stays_on_screen(void **state) {
     assert_true(furniture_difference(e.frame, still, false) <= 2);
     assert_true(furniture_difference(e.frame, still, true) <= 2);
     assert_true(furniture_difference(e.frame, e.perfect, true) > 50); /* the needle should turn, */
-    for (int i = 0; i < 25; i++) { /* and does */
+    for (int i = 0; i < 25; i++) {                                    /* and does */
         other.eye.x += 0.02;
         look(&other);
         pass(0.02);
@@ -341,8 +344,10 @@ static void the_ground_is_known(void **state) {
         pass(0.05);
         for (int i = 0; i < 50; i++) {
             const double x = camera.eye.x + i % 7 - 3, y = camera.eye.y + i / 7 - 3;
-            const double known = vd_mirror_ground(e.mirror, x, y), is = vd_world_ground(world, x, y);
-            if (isfinite(is) && !(fabs(known - is) < 2.0)) {
+            const double known = vd_mirror_ground(e.mirror, x, y),
+                         is = vd_world_ground(world, x, y);
+            const bool coarse = step > 5 && step < 9; /* from high up the highest around */
+            if (isfinite(is) && !(known > is - 2.0 && known < is + (coarse ? 40.0 : 2.0))) {
                 fail_msg("step %d: %g m where the ground is at %g m", step, known, is);
             }
         }
@@ -534,6 +539,26 @@ static void orders_replacements_and_drops(void **state) {
     end();
 }
 
+/* A thousand replacements of a long order in one envelope. */
+static void replacements_have_a_bound(void **state) {
+    (void)state;
+    static uint64_t ids[65000];
+    static vd_wire_message many[1000];
+    start();
+    for (int i = 0; i < 65000; i++) {
+        ids[i] = 100 + (uint64_t)i;
+    }
+    const vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, 65000}}};
+    say(0, &order);
+    for (int i = 0; i < 1000; i++) {
+        many[i].kind = VD_WIRE_REPLACE;
+        many[i].as.replace.out = (vd_wire_ids){ids + 3, 1};
+    }
+    assert_ok(vd_wire_encode(e.wire, VD_WIRE_SERVER, 0, many, 1000, &e.buffer));
+    vd_mirror_receive(e.mirror, e.buffer.data, e.buffer.bytes, e.now_s);
+    expect(VD_CLIENT_REFUSED, "few replacements");
+}
+
 /* Orders pictures, and returns how many are drawn. */
 static int ordered(const uint64_t *ids, int count) {
     vd_camera camera = looking(vd_vec3_make(0, 0, 0));
@@ -653,6 +678,7 @@ int main(void) {
         cmocka_unit_test(every_fault_has_a_sentence),
         cmocka_unit_test(goodbyes_are_told_apart),
         cmocka_unit_test(orders_replacements_and_drops),
+        cmocka_unit_test(replacements_have_a_bound),
         cmocka_unit_test(orders_have_a_bound),
         cmocka_unit_test(addresses_are_read),
     };

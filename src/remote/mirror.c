@@ -152,18 +152,18 @@ void vd_mirror_open(vd_mirror *m, double now_s) {
     const int held = list_held(m);
     const bool looked = m->wanted.width > 0;
     const unsigned models = m->def.no_models ? 0 : VD_WIRE_MODELS;
-    const vd_wire_message hello = {
-        .kind = VD_WIRE_HELLO,
-        .as.hello = {.version = VD_WIRE_VERSION,
-                     .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | VD_WIRE_HEIGHTS |
-                                     VD_WIRE_FIXED | models,
-                     .token = m->def.token,
-                     .memory_bytes = m->def.memory_bytes,
-                     .width = looked ? m->wanted.width : USUAL_WIDTH,
-                     .height = looked ? m->wanted.height : USUAL_HEIGHT,
-                     .name = m->def.name,
-                     .held = {m->ids, held},
-                     .held_versions = m->versions}};
+    const vd_wire_message hello = {.kind = VD_WIRE_HELLO,
+                                   .as.hello = {.version = VD_WIRE_VERSION,
+                                                .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS |
+                                                                VD_WIRE_HEIGHTS | VD_WIRE_FIXED |
+                                                                models,
+                                                .token = m->def.token,
+                                                .memory_bytes = m->def.memory_bytes,
+                                                .width = looked ? m->wanted.width : USUAL_WIDTH,
+                                                .height = looked ? m->wanted.height : USUAL_HEIGHT,
+                                                .name = m->def.name,
+                                                .held = {m->ids, held},
+                                                .held_versions = m->versions}};
     m->news.connections++;
     m->wanted_is_new = looked;
     m->settings_are_new = true;
@@ -272,8 +272,9 @@ void vd_mirror_work(vd_mirror *m, double now_s) {
     m->absurd = false;
     pthread_mutex_unlock(&m->lock);
     if (absurd) {
-        vd_mirror_fail(m, VD_WIRE_FAULT_TOO_MUCH, "its pictures and models would fill the screen "
-                                                  "a thousand times over; order fewer");
+        vd_mirror_fail(m, VD_WIRE_FAULT_TOO_MUCH,
+                       "its pictures and models would fill the screen "
+                       "a thousand times over; order fewer");
         return;
     }
     pthread_mutex_lock(&m->lock);
@@ -377,6 +378,7 @@ void vd_mirror_receive(vd_mirror *m, const void *data, size_t bytes, double now_
         vd_mirror_fail(m, VD_WIRE_FAULT_OUT_OF_TURN, "a batch's number does not follow the last's");
         return;
     }
+    m->walked = 0;
     for (int i = 0; i < envelope.count && !m->over; i++) {
         take(m, &envelope.messages[i], now_s);
     }

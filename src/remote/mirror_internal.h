@@ -68,6 +68,7 @@ struct vd_mirror {
     bool measuring;  /* no picture came since the camera of: */
     double camera_s, opened_s, heard_s, pinged_s;
     uint32_t sequence, batch;
+    int walked; /* ids of orders, by the replacements of the envelope that is taken in */
     vd_wire_camera sent[VD_MIRROR_CAMERAS]; /* a ring, by sequence */
     size_t most_pixels;                     /* of a camera sent */
     uint64_t *ids;                          /* for hello */

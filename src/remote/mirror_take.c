@@ -3,6 +3,10 @@
 
 #include <string.h>
 
+/* Ids that the replacements of an envelope walk over at most: a thousand of them, of a long order,
+ * would hold up frames for a second. */
+#define MOST_WALKED (1 << 22)
+
 /* ---- what is held -----------------------------------------------------------------------------*/
 
 size_t vd_mirror_bytes(const vd_held *held) {
@@ -249,7 +253,8 @@ static void take_replace(vd_mirror *m, const vd_wire_replace *r) {
     pthread_mutex_lock(&m->lock);
     uint64_t *made = NULL;
     const int most = m->order_count + r->in.count;
-    const bool fit = most <= VD_WIRE_MAX_IDS;
+    const bool fit = most <= VD_WIRE_MAX_IDS && m->walked <= MOST_WALKED;
+    m->walked += m->order_count;
     int room = 0, count = 0;
     const bool grown = fit && grow(m, (void **)&made, &room, most, sizeof *made);
     bool begun = false;
@@ -274,7 +279,9 @@ static void take_replace(vd_mirror *m, const vd_wire_replace *r) {
     }
     pthread_mutex_unlock(&m->lock);
     if (!fit) {
-        vd_mirror_fail(m, VD_WIRE_FAULT_TOO_MUCH, "an order has 65536 pictures at most");
+        vd_mirror_fail(m, VD_WIRE_FAULT_TOO_MUCH,
+                       "an order has 65536 pictures at most, and an envelope few "
+                       "replacements of a long one");
     } else if (!grown) {
         vd_mirror_out_of_memory(m);
     }

@@ -14,6 +14,10 @@ const BACKGROUND = 0xff332c28;
 /** Models and instances have slots of their own; in an order instances are numbered from here on. */
 const MAX_MODELS = 4096, MAX_INSTANCES = 16384, INSTANCES = 0x80000000;
 
+/** Ids that the replacements of a batch walk over at most: a thousand of them, of a long order, would hold
+ *  up frames for seconds. */
+const MAX_WALKED = 1 << 22;
+
 /** What an instance counts, as at the server; what of the memory models may take; and what unpacking
  *  and drawing them takes beside. */
 const INSTANCE_BYTES = 256, MODEL_SHARE = 4, DRAWING_BYTES = 16 << 20;
@@ -265,6 +269,7 @@ export class Scene {
     /** Takes in what came, in its order; returns the ids that found no room. */
     apply(items: Item[]): BigUint64Array {
         const dropped = new Set<bigint>();
+        let walked = 0;
         for (const item of items) {
             switch (item.kind) {
             case 'impostor':
@@ -285,6 +290,10 @@ export class Scene {
                 this.screenIsNewest = false;
                 break;
             case 'replace':
+                walked += this.ordered.length;
+                if (walked > MAX_WALKED) {
+                    throw new WireFault('a batch has too many replacements');
+                }
                 this.replace(item.out, item.in);
                 break;
             case 'drop':

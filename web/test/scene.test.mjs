@@ -121,6 +121,14 @@ test('an order that names a picture too often does not hold up frames', async ()
     assert.equal(scene.shown, 2);
 });
 
+test('a batch of a thousand replacements of a long order is refused', async () => {
+    const { scene } = await begin();
+    const long = new BigUint64Array(65536).map((_, i) => 100n + BigInt(i));
+    const one = { kind: 'replace', out: ids(1), in: ids(2) };
+    scene.apply([{ kind: 'order', ids: long }, ...Array(60).fill(one)]);
+    assert.throws(() => scene.apply(Array(1000).fill(one)), /too many replacements/);
+});
+
 test('what is behind the eye, or beside the picture, does not use up what a frame may have', async () => {
     const { scene, see } = await begin();
     const behind = picture(1, 1, [10, 20, 30], 8, -10);
