@@ -180,6 +180,76 @@ static void no_sky_shows_between_patches(void **state) {
     }
 }
 
+/* Decides once more what is shown, with or without the horizon, and draws it. Returns how many
+ * pictures that are. */
+static size_t draw_decided(scene *s, const vd_camera *camera, bool horizon, vd_frame *frame) {
+    vd_impostor_view view = vd_impostors_view(s->set, camera, WIDTH, HEIGHT);
+    if (horizon) {
+        assert_ok(vd_world_aim_horizon(s->renderer, NULL, camera, WIDTH, HEIGHT, &view.horizon));
+        assert_non_null(view.horizon);
+    }
+    assert_ok(vd_impostors_decide(s->set, &view));
+    assert_ok(vd_impostors_draw(s->set, NULL, camera, frame, NULL));
+    return s->set->far.count + s->set->shown.count;
+}
+
+/* What stands behind the horizon, and is not shown, is not missed, low over the hills. */
+static void what_the_horizon_hides_is_not_seen(void **state) {
+    (void)state;
+    static const double tolerances[] = {0.5, 1.0, 2.0};
+    const int moves = test_is_reduced() ? 40 : 400;
+    for (int t = 0; t < 3; t++) {
+        vd_impostor_def def = patient();
+        def.tolerance_px = tolerances[t];
+        def.settle = false;
+        def.budget_pixels = (size_t)1 << 30; /* the front is as fine as the screen */
+        def.most_px = 32.0;
+        scene s;
+        begin(&s, 300, &def);
+        vd_frame *all = NULL, *left = NULL;
+        assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &all));
+        assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &left));
+        uint64_t random = 5, shown = 0, hidden = 0, differing = 0, much = 0;
+        vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+        vd_vec3 motion = {0, 0, 0};
+        for (int i = 0; i < moves; i++) {
+            fly(i, &random, &camera, &motion);
+            camera.eye.z = vd_world_ground(s.world, camera.eye.x, camera.eye.y) + 6.0;
+            camera.orientation = vd_orientation_from_angles(0.1 * (i / 20), -0.05, 0.0);
+            (void)step(&s, &camera);
+            const size_t with = draw_decided(&s, &camera, false, all);
+            const size_t without = draw_decided(&s, &camera, true, left);
+            assert_true(without <= with);
+            shown += with;
+            hidden += with - without;
+            for (int y = 0; y < HEIGHT; y++) {
+                const uint8_t *a = all->rgba + 4 * (size_t)y * all->stride;
+                const uint8_t *b = left->rgba + 4 * (size_t)y * left->stride;
+                for (int x = 0; x < 4 * WIDTH; x += 4) {
+                    int most = 0;
+                    for (int k = 0; k < 3; k++) {
+                        const int apart = abs(a[x + k] - b[x + k]);
+                        most = apart > most ? apart : most;
+                    }
+                    differing += most > 0;
+                    much += most > 16;
+                }
+            }
+        }
+        const double pixels = (double)moves * WIDTH * HEIGHT;
+        print_message("tolerance %g: %llu of %llu pictures hidden; %.2g of all pixels differ, %.2g "
+                      "by more than 16\n",
+                      tolerances[t], (unsigned long long)hidden, (unsigned long long)shown,
+                      (double)differing / pixels, (double)much / pixels);
+        /* A ridge's soft edge lets a little through of what stands right behind it. */
+        assert_true(hidden * 50 > shown);
+        assert_true((double)differing * 2500 < pixels && (double)much * 2e5 < pixels);
+        vd_frame_destroy(&all);
+        vd_frame_destroy(&left);
+        end(&s);
+    }
+}
+
 /* With all the time that it takes even the first picture after a jump is right to the tolerance,
  * and a jump is no speed: pictures are made for where the camera is. */
 static void jumps_are_no_motion(void **state) {
@@ -399,6 +469,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_long_walk_keeps_its_budgets),
         cmocka_unit_test(no_sky_shows_between_patches),
+        cmocka_unit_test(what_the_horizon_hides_is_not_seen),
         cmocka_unit_test(jumps_are_no_motion),
         cmocka_unit_test(fading_keeps_premultiplied_sums),
         cmocka_unit_test(what_fails_is_skipped),

@@ -441,7 +441,8 @@ static void count_shown(vd_impostors *set) {
     stats->in_flight = set->sending.count + set->painting;
 }
 
-/* Fewer pictures are not worth a horizon, which takes a millisecond: as long as showing these. */
+/* Fewer pictures are not worth a horizon, which takes a millisecond: as long as showing these. Nor
+ * is what is ordered for a client, which moves on before it is shown there. */
 #define LEAST_HIDDEN 256
 
 vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *camera, int width,
@@ -472,7 +473,7 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
         status = vd_impostors_collect(set);
     }
     vd_impostor_view view = vd_impostors_view(set, camera, width, height);
-    if (status.code == VD_OK && set->stats.shown > LEAST_HIDDEN) {
+    if (status.code == VD_OK && !set->def.ship && set->stats.shown > LEAST_HIDDEN) {
         status = vd_world_aim_horizon(set->renderer, job, camera, width, height, &view.horizon);
     }
     status = status.code == VD_OK ? make_all(set, job, &view) : status;
