@@ -201,7 +201,7 @@ static vd_status measure_pictures(bench_run *run, const bench_case *self, bricks
         status = vd_bricks_open(s->context, s->bricks_path, &s->bricks);
     }
     if (status.code == VD_OK) {
-        status = vd_brick_view_create(s->bricks, &s->view);
+        status = vd_brick_view_create(s->context, s->bricks, &s->view);
     }
     if (status.code == VD_OK) {
         status = vd_splatter_create(s->context, &s->splatter);

@@ -150,7 +150,7 @@ static vd_status draw(particle_run *run, vd_frame **frame) {
     const unsigned planes = run->view_def.mode == VD_SPLAT_NEAREST ? VD_PLANE_DEPTH : 0u;
     vd_status status = vd_frame_create(run->context, s->width, s->height, planes, frame);
     if (status.code == VD_OK) {
-        status = vd_brick_view_create(run->bricks, &view);
+        status = vd_brick_view_create(run->context, run->bricks, &view);
     }
     if (status.code == VD_OK) {
         status = vd_splatter_create(run->context, &splatter);

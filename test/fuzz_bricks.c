@@ -54,7 +54,7 @@ static void use(vd_context *context, vd_bricks *b) {
     vd_splat_def splat_def = vd_splat_def_default();
     def.color = b->attribute_count > 0 ? VD_BRICK_COLOR_VALUE : VD_BRICK_COLOR_CONSTANT;
     def.attribute = 0;
-    if (vd_brick_view_create(b, &view).code == VD_OK &&
+    if (vd_brick_view_create(context, b, &view).code == VD_OK &&
         vd_splatter_create(context, &splatter).code == VD_OK &&
         vd_frame_create(context, 32, 32, 0, &frame).code == VD_OK &&
         vd_brick_view_update(view, NULL, &def, &camera, 32, 32, NULL).code == VD_OK) {

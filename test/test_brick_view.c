@@ -113,7 +113,7 @@ static void test_choice(void **state) {
     (void)state;
     vd_bricks *b = open_rows(context, "x,y,z,mass,-", 200);
     vd_brick_view *view = NULL;
-    assert_ok(vd_brick_view_create(b, &view));
+    assert_ok(vd_brick_view_create(context, b, &view));
     static const double eyes[][3] = {{12, -120, 10}, {12, 11, 150},   {20, 20, 20},
                                      {-30, 40, 5},   {12, -3000, 10}, {12.5, 11, 10}};
     const int near = test_is_reduced() ? 6 : 40; /* in the order */
@@ -193,8 +193,8 @@ static void test_roots(void **state) {
     (void)state;
     vd_bricks *b = open_rows(context, "x,y,z,mass,-", 200);
     vd_brick_view *all = NULL, *some = NULL;
-    assert_ok(vd_brick_view_create(b, &all));
-    assert_ok(vd_brick_view_create(b, &some));
+    assert_ok(vd_brick_view_create(context, b, &all));
+    assert_ok(vd_brick_view_create(context, b, &some));
     uint32_t *roots = malloc(b->node_count * sizeof *roots);
     uint64_t seed = 4;
     assert_non_null(roots);
@@ -259,7 +259,7 @@ static void test_weights(void **state) {
     (void)state;
     vd_bricks *b = open_rows(context, "x,y,z,mass,radius", 200);
     vd_brick_view *view = NULL;
-    assert_ok(vd_brick_view_create(b, &view));
+    assert_ok(vd_brick_view_create(context, b, &view));
     double expected = 0.0;
     for (size_t i = 0; i < COUNT; i++) {
         expected += rows[i][3];
@@ -335,7 +335,7 @@ static void test_zoom(void **state) {
         vd_bricks *b = open_rows(context, own ? "x,y,z,-,radius" : "x,y,z,-,-", 200);
         vd_brick_view *view = NULL;
         vd_splatter *splatter = NULL;
-        assert_ok(vd_brick_view_create(b, &view));
+        assert_ok(vd_brick_view_create(context, b, &view));
         assert_ok(vd_splatter_create(context, &splatter));
         double last = 0.0, worst_rms = 0.0, worst_step = 0.0, worst_mean = 0.0;
         for (double distance = 650.0; distance > 30.0; distance *= shrink) {
@@ -377,7 +377,7 @@ static void test_same_picture(void **state) {
         vd_brick_view *view = NULL;
         vd_splatter *splatter = NULL;
         vd_frame *frame = NULL;
-        assert_ok(vd_brick_view_create(b, &view));
+        assert_ok(vd_brick_view_create(with, b, &view));
         assert_ok(vd_splatter_create(with, &splatter));
         assert_ok(vd_frame_create(with, WIDTH, HEIGHT, 0, &frame));
         for (int mode = 0; mode < VD_SPLAT_MODE_COUNT; mode++) {
@@ -410,7 +410,7 @@ static void test_little_memory(void **state) {
     (void)state;
     vd_bricks *b = open_rows(context, "x,y,z,mass,-", 200);
     vd_brick_view *view = NULL;
-    assert_ok(vd_brick_view_create(b, &view));
+    assert_ok(vd_brick_view_create(context, b, &view));
     const size_t before = vd_context_memory(context).bytes_now;
     vd_brick_view_def def = vd_brick_view_def_default();
     def.memory_bytes = 1;
@@ -429,7 +429,7 @@ static void test_bad(void **state) {
     (void)state;
     vd_bricks *b = open_rows(context, "x,y,z,mass,-", 200);
     vd_brick_view *view = NULL;
-    assert_ok(vd_brick_view_create(b, &view));
+    assert_ok(vd_brick_view_create(context, b, &view));
     const vd_camera camera = camera_at(12.0, -90.0, 10.0, VD_PROJECTION_PERSPECTIVE);
     vd_brick_view_def def = vd_brick_view_def_default();
     assert_int_equal(vd_brick_view_update(view, NULL, &def, &camera, 0, 1, NULL).code,
@@ -458,7 +458,7 @@ static void test_bad(void **state) {
     fputs("damage", file);
     fclose(file);
     assert_ok(vd_bricks_open(context, "v.vdp", &b));
-    assert_ok(vd_brick_view_create(b, &view));
+    assert_ok(vd_brick_view_create(context, b, &view));
     def = vd_brick_view_def_default();
     def.detail_px = 1e9; /* the root alone */
     vd_status status = vd_brick_view_update(view, NULL, &def, &camera, WIDTH, HEIGHT, NULL);

@@ -102,7 +102,7 @@ static void draw_by_hand(const scene *s, const vd_particle_look *look, const vd_
     defs_of(look, &view_def, &splat_def);
     view_def.roots = roots;
     view_def.root_count = count;
-    assert_ok(vd_brick_view_create(s->bricks, &view));
+    assert_ok(vd_brick_view_create(s->context, s->bricks, &view));
     assert_ok(vd_splatter_create(s->context, &splatter));
     assert_ok(vd_brick_view_update(view, NULL, &view_def, camera, WIDTH, HEIGHT, NULL));
     assert_ok(vd_splatter_render(splatter, NULL, &splat_def, camera, view->splats, view->count,

@@ -6,7 +6,7 @@
  * octants, so alpha needs no sorting beyond the bricks. Opacities are such that a sample covers
  * what the particles that it stands for would: nothing pops as one comes nearer.
  *
- *     status = vd_brick_view_create(bricks, &view);
+ *     status = vd_brick_view_create(context, bricks, &view);
  *     status = vd_brick_view_update(view, NULL, &def, &camera, width, height, &stats);
  *     status = vd_splatter_render(splatter, NULL, &splat_def, &camera,
  *                                 view->splats, view->count, frame, NULL);
@@ -69,8 +69,11 @@ typedef struct vd_brick_view {
     struct vd_brick_view_parts *parts;
 } vd_brick_view;
 
-/* *out is owned by the caller; `bricks` must outlive it. Returns VD_ERROR_MEMORY. */
-VD_API VD_MUST_USE vd_status vd_brick_view_create(const vd_bricks *bricks, vd_brick_view **out);
+/* *out is owned by the caller; `bricks` must outlive it. Updates run on `context`, which may be
+ * another one than that of the bricks: each thread that looks at them needs a view and a context of
+ * its own. Returns VD_ERROR_MEMORY. */
+VD_API VD_MUST_USE vd_status vd_brick_view_create(vd_context *context, const vd_bricks *bricks,
+                                                  vd_brick_view **out);
 VD_API void vd_brick_view_destroy(vd_brick_view **view);
 
 /* Chooses and prepares what a picture of a camera needs. Several roots come back to front as a

@@ -23,14 +23,14 @@ double vd_brick_view_radius(const vd_bricks *bricks) {
     return 0.7 * bricks->spacing;
 }
 
-vd_status vd_brick_view_create(const vd_bricks *bricks, vd_brick_view **out) {
-    vd_context *context = bricks->context;
+vd_status vd_brick_view_create(vd_context *context, const vd_bricks *bricks, vd_brick_view **out) {
     const size_t threads = (size_t)vd_context_threads(context);
     vd_brick_view *view = vd_allocate_zero(context, 1, sizeof *view);
     struct vd_brick_view_parts *p = vd_allocate_zero(context, 1, sizeof *p);
     if (view != NULL && p != NULL) {
         view->bricks = bricks;
         view->parts = p;
+        p->context = context;
         p->kept = vd_allocate_zero(context, bricks->node_count, sizeof *p->kept);
         p->chosen = vd_allocate(context, bricks->node_count, sizeof *p->chosen);
         p->statuses = vd_allocate(context, threads, sizeof *p->statuses);
@@ -54,7 +54,7 @@ vd_status vd_brick_view_create(const vd_bricks *bricks, vd_brick_view **out) {
 
 static void forget(vd_brick_view *view, vd_kept_node *k) {
     view->parts->kept_bytes -= k->bytes;
-    vd_release(view->bricks->context, k->memory);
+    vd_release(view->parts->context, k->memory);
     memset(k, 0, sizeof *k);
 }
 
@@ -69,7 +69,7 @@ void vd_brick_view_destroy(vd_brick_view **view) {
         return;
     }
     vd_brick_view *v = *view;
-    vd_context *context = v->bricks->context;
+    vd_context *context = v->parts->context;
     forget_all(v);
     vd_release(context, v->parts->kept);
     vd_release(context, v->parts->chosen);
@@ -259,7 +259,7 @@ static vd_status find_memory(vd_brick_walk *w, const preparation *p) {
         vd_kept_node *k = &parts->kept[parts->chosen[i]];
         if (k->memory == NULL) {
             k->bytes = each * bricks->nodes[parts->chosen[i]].count;
-            k->memory = vd_allocate(bricks->context, k->bytes, 1);
+            k->memory = vd_allocate(parts->context, k->bytes, 1);
             if (k->memory == NULL) {
                 k->bytes = 0;
                 return vd_out_of_memory("bricks", needed);
@@ -282,11 +282,11 @@ static vd_status prepare(vd_brick_walk *w, vd_job *job) {
     if (status.code != VD_OK) {
         return status;
     }
-    const int threads = vd_context_threads(bricks->context);
+    const int threads = vd_context_threads(parts->context);
     for (int t = 0; t < threads; t++) {
         parts->statuses[t] = vd_success();
     }
-    status = vd_parallel_for(bricks->context, job, (int)w->count, prepare_node, &p);
+    status = vd_parallel_for(parts->context, job, (int)w->count, prepare_node, &p);
     for (int t = 0; t < threads && status.code == VD_OK; t++) {
         status = parts->statuses[t];
     }

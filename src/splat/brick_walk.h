@@ -26,6 +26,7 @@ typedef enum vd_mark {
 } vd_mark;
 
 struct vd_brick_view_parts {
+    vd_context *context;
     vd_kept_node *kept; /* [node_count] */
     size_t kept_bytes;
     uint64_t update;

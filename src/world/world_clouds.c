@@ -85,7 +85,8 @@ static vd_status reserve(vd_world_renderer *r, uint32_t asset) {
         }
     }
     if (status.code == VD_OK && r->views[asset] == NULL) {
-        status = vd_brick_view_create(r->world->assets[asset].bricks->bricks, &r->views[asset]);
+        status = vd_brick_view_create(r->context, r->world->assets[asset].bricks->bricks,
+                                      &r->views[asset]);
     }
     return status;
 }
