@@ -134,7 +134,8 @@ bench_function bench_classic, bench_lens, bench_endless, bench_png, bench_startu
     bench_sweep_classic, bench_sweep_shadow, bench_world, bench_quads, bench_quad_sides,
     bench_codec_tree, bench_codec_building, bench_codec_particles, bench_impostor_decide,
     bench_impostor_grain, bench_impostor_extremes, bench_impostor_path, bench_impostor_window,
-    bench_remote, bench_remote_answer, bench_remote_clients, bench_remote_messages;
+    bench_remote, bench_remote_cloud, bench_remote_answer, bench_remote_clients,
+    bench_remote_messages;
 
 /* ---- measuring --------------------------------------------------------------------------------*/
 

@@ -241,6 +241,8 @@ const bench_case *bench_case_at(int index) {
          .sweep = &codec_side},
         {"remote", "a server's world over slower links: frames of the client, errors", bench_remote,
          1280, 720, .camera = &glacier, .target_fps = 60},
+        {"remote-cloud", "the same with particles in the air (--particles)", bench_remote_cloud,
+         1280, 720, .camera = &glacier},
         {"remote-answer", "from a camera's message to the first picture after it, loopback",
          bench_remote_answer, 1280, 720, .camera = &glacier},
         {"remote-clients", "1, 8, 32 clients of one server: rates and memory", bench_remote_clients,
@@ -294,7 +296,7 @@ const bench_group *bench_group_at(int index) {
          "quad-sides"},
         {"codec", "pictures packed for the wire", "codec-tree codec-building codec-particles"},
         {"served", "everything about serving",
-         "remote remote-answer remote-clients remote-messages codec"},
+         "remote remote-cloud remote-answer remote-clients remote-messages codec"},
         {"splat", "particles", "splat-draw splat-sort bricks"},
         {"terrain", "everything about terrain",
          "classic lens lens-views shadow function function-endless memory false-sharing counters "

@@ -1,7 +1,9 @@
 /* bench_forest.c: Mont Blanc with a forest and names on it, for the cases that fly through it. */
 #include "bench_forest.h"
+#include "bench_cloud.h"
 
 #include <math.h>
+#include <unistd.h>
 
 enum { TREES = 1000, NAMES = 50, RINGS = 21, SECTORS = 12 }; /* 504 triangles a tree */
 
@@ -117,7 +119,28 @@ static vd_status add_names(bench_forest *w) {
     return status;
 }
 
-static vd_status make_world(bench_forest *w) {
+vd_vec3 bench_forest_middle(const bench_forest *w) {
+    const vd_vec3 ahead = vd_quat_rotate(w->s.camera.orientation, vd_vec3_make(0, 0, 1));
+    vd_vec3 middle = vd_vec3_add(w->s.camera.eye, vd_vec3_scale(ahead, 1600.0));
+    const double ground = vd_world_ground(w->world, middle.x, middle.y);
+    middle.z = isfinite(ground) ? ground : middle.z;
+    return middle;
+}
+
+static vd_status add_cloud(bench_forest *w, const bench_forest_cloud *cloud) {
+    enum { MOST_OF_OBJECT = 100000 };
+    vd_particles_place place = {.centre = bench_forest_middle(w), .size = 1000.0};
+    size_t objects;
+    place.centre.z += 500.0;
+    const vd_status status = access(cloud->path, F_OK) == 0
+                                 ? vd_success()
+                                 : bench_cloud_write(cloud->path, cloud->count, &place);
+    return status.code == VD_OK
+               ? bench_cloud_add(w->s.context, w->world, cloud->path, MOST_OF_OBJECT, &objects)
+               : status;
+}
+
+static vd_status make_world(bench_forest *w, const bench_forest_cloud *cloud) {
     const vd_world_def def = {w->s.terrain};
     vd_model *tree = NULL;
     uint32_t number = 0;
@@ -136,6 +159,9 @@ static vd_status make_world(bench_forest *w) {
     if (status.code == VD_OK) {
         status = add_names(w);
     }
+    if (status.code == VD_OK && cloud != NULL) {
+        status = add_cloud(w, cloud);
+    }
     if (status.code == VD_OK) {
         status = vd_world_arrange(w->world, NULL);
     }
@@ -144,7 +170,8 @@ static vd_status make_world(bench_forest *w) {
 }
 
 vd_status bench_forest_init(bench_forest *w, const bench_run *run, const bench_camera *camera,
-                            vd_isa isa, int threads, int width, int height) {
+                            const bench_forest_cloud *cloud, vd_isa isa, int threads, int width,
+                            int height) {
     *w = (bench_forest){.world = NULL};
     vd_status status =
         bench_scene_init(&w->s, run, BENCH_MAP_METRES, 0, isa, threads, width, height);
@@ -153,7 +180,7 @@ vd_status bench_forest_init(bench_forest *w, const bench_run *run, const bench_c
     }
     bench_set_camera(&w->s, camera);
     bench_set_everything(&w->s);
-    return make_world(w);
+    return make_world(w, cloud);
 }
 
 vd_status bench_forest_renderer(bench_forest *w, int samples) {

@@ -11,11 +11,20 @@ typedef struct bench_forest {
     vd_world_renderer *renderer; /* null until bench_forest_renderer */
 } bench_forest;
 
-/* Makes the world as it is seen from a camera: the trees stand where it looks. A failure leaves
- * what bench_forest_finish releases. */
+/* Particles in the air over the trees, in a cube of 1 km. */
+typedef struct bench_forest_cloud {
+    const char *path; /* their file, which is written if there is none */
+    size_t count;
+} bench_forest_cloud;
+
+/* Makes the world as it is seen from a camera: the trees stand where it looks. `cloud` may be null.
+ * A failure leaves what bench_forest_finish releases. */
 VD_MUST_USE vd_status bench_forest_init(bench_forest *w, const bench_run *run,
-                                        const bench_camera *camera, vd_isa isa, int threads,
-                                        int width, int height);
+                                        const bench_camera *camera, const bench_forest_cloud *cloud,
+                                        vd_isa isa, int threads, int width, int height);
+
+/* The middle of the trees, on the ground, metres. */
+vd_vec3 bench_forest_middle(const bench_forest *w);
 void bench_forest_finish(bench_forest *w);
 
 /* Makes its renderer, of so many samples a pixel; there must be none. */

@@ -3,12 +3,10 @@
  * A world of generated particles, of which a brick file is made in $TMPDIR (or /tmp), and a camera
  * that goes round it. Frames stand at 1/60 s from each other, however long they take.
  */
-#include "bench.h"
-#include "particles_bricks.h"
+#include "bench_cloud.h"
 #include "render_settings.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 enum { PARTICLES = 2000000, FEW = 200000, FRAMES = 120, WARM_FRAMES = 60, COMPARE_EVERY = 20 };
@@ -44,41 +42,6 @@ static void finish(cloud *c) {
     vd_context_destroy(&c->context);
 }
 
-static vd_status make_file(const char *path, size_t count) {
-    const vd_particles_place place = {.size = SIDE_M};
-    vd_bricks_report report;
-    vd_context *context = NULL;
-    vd_particles *particles = NULL;
-    vd_status status = vd_context_create(NULL, &context);
-    if (status.code == VD_OK) {
-        status = vd_particles_generate(context, NULL, 1, count, &particles);
-    }
-    if (status.code == VD_OK) {
-        status = vd_particles_to_bricks(context, NULL, particles, &place, path, &report);
-    }
-    vd_particles_destroy(&particles);
-    vd_context_destroy(&context);
-    return status;
-}
-
-/* Takes the file over into the world, coloured by speed, in objects of so many particles. */
-static vd_status add_particles(cloud *c, const char *path, uint64_t most) {
-    vd_bricks *bricks = NULL;
-    vd_particle_look look = vd_particle_look_default();
-    uint32_t number = 0;
-    vd_status status = vd_bricks_open(c->context, path, &bricks);
-    if (status.code == VD_OK) {
-        look.color = VD_BRICK_COLOR_VALUE;
-        look.attribute = vd_bricks_find(bricks, "speed");
-        look.opacity = 0.5;
-        look.log = true;
-        status = vd_world_add_bricks(c->world, &bricks, &look, &number);
-    }
-    vd_bricks_close(&bricks);
-    return status.code == VD_OK ? vd_world_add_particles(c->world, number, most, &c->objects)
-                                : status;
-}
-
 /* One picture for each object: were they spread evenly over the cube, an object would be as large
  * as the largest group that is one picture, and objects may be twice as large. */
 static vd_impostor_def impostors_of(const bench_case *self, double share) {
@@ -103,7 +66,7 @@ static vd_status make_cloud(cloud *c, const bench_case *self, const char *path, 
         status = vd_world_create(c->context, &world, &c->world);
     }
     if (status.code == VD_OK) {
-        status = add_particles(c, path, most);
+        status = bench_cloud_add(c->context, c->world, path, most, &c->objects);
     }
     if (status.code == VD_OK) {
         status = vd_world_arrange(c->world, NULL);
@@ -219,13 +182,12 @@ static vd_status measure_grain(bench_run *run, const bench_case *self, const cha
 vd_status bench_impostor_grain(bench_run *run, const bench_case *self) {
     const size_t count = run->particles > 0 ? run->particles : run->quick ? FEW : PARTICLES;
     const int points = bench_sweep_points(run, self->sweep);
-    const char *folder = getenv("TMPDIR");
+    const vd_particles_place place = {.size = SIDE_M};
     char path[512];
-    snprintf(path, sizeof path, "%.400s/veduta-bench-grain-%d.vdp",
-             folder != NULL ? folder : "/tmp", (int)getpid());
+    bench_cloud_path(path, sizeof path);
     vd_status status = bench_add_published(run, self);
     if (status.code == VD_OK) {
-        status = make_file(path, count);
+        status = bench_cloud_write(path, count, &place);
     }
     for (int i = 0; i < run->isa_count && status.code == VD_OK; i++) {
         for (int t = 0; t < run->thread_count && status.code == VD_OK; t++) {

@@ -405,7 +405,7 @@ static vd_status for_each_level(bench_run *run, const bench_case *self, measure_
         for (int t = 0; t < run->thread_count && status.code == VD_OK; t++) {
             bench_forest w;
             vd_frame *frame = NULL;
-            status = bench_forest_init(&w, run, self->camera, run->isas[i], run->threads[t],
+            status = bench_forest_init(&w, run, self->camera, NULL, run->isas[i], run->threads[t],
                                        self->width, self->rows);
             if (status.code == VD_OK) {
                 status = bench_forest_renderer(&w, 1);

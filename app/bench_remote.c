@@ -5,6 +5,7 @@
  * some of the frames are kept and compared with direct ones after the server has stopped, so that
  * drawing these takes nothing from it.
  */
+#include "bench_cloud.h"
 #include "bench_forest.h"
 #include "bench_relay.h"
 #include "remote_module.h"
@@ -106,11 +107,9 @@ static double ground_of(void *user, double x, double y) {
 
 /* The circle of data/paths/orbit.json, about the middle of the forest. */
 static vd_status make_path(stage *s) {
-    const vd_vec3 ahead = vd_quat_rotate(s->forest.s.camera.orientation, vd_vec3_make(0, 0, 1));
     vd_orbit_def orbit = vd_orbit_def_default();
-    orbit.centre = vd_vec3_add(s->forest.s.camera.eye, vd_vec3_scale(ahead, 1600.0));
-    const double ground = vd_world_ground(s->forest.world, orbit.centre.x, orbit.centre.y);
-    orbit.centre.z = isfinite(ground) ? ground + 20.0 : orbit.centre.z;
+    orbit.centre = bench_forest_middle(&s->forest);
+    orbit.centre.z += 20.0;
     orbit.radius_m = 1200.0;
     orbit.height_m = 450.0;
     orbit.duration_s = 30.0;
@@ -141,13 +140,14 @@ static vd_status start_server(stage *s) {
     return status;
 }
 
-static vd_status begin(bench_run *run, const bench_case *self, stage *s) {
+static vd_status begin(bench_run *run, const bench_case *self, const bench_forest_cloud *cloud,
+                       stage *s) {
     memset(s, 0, sizeof *s);
     vd_status status = vd_remote_module_open("measure a server", &s->remote);
     if (status.code != VD_OK) {
         return status;
     }
-    status = bench_forest_init(&s->forest, run, self->camera, run->isas[0],
+    status = bench_forest_init(&s->forest, run, self->camera, cloud, run->isas[0],
                                run->threads[run->thread_count - 1], self->width, self->rows);
     if (status.code == VD_OK) {
         status = bench_forest_renderer(&s->forest, 4);
@@ -297,10 +297,11 @@ static bench_result result_of(const stage *s, const bench_case *self, const char
 }
 
 static vd_status measure_link(bench_run *run, const bench_case *self, const char *method,
-                              double bytes_per_s, double round_trip_s, vd_wire_mode mode) {
+                              const bench_forest_cloud *cloud, double bytes_per_s,
+                              double round_trip_s, vd_wire_mode mode) {
     static stage s; /* large */
     double mean = 0.0, worst = 0.0;
-    vd_status status = begin(run, self, &s);
+    vd_status status = begin(run, self, cloud, &s);
     if (status.code == VD_OK && bytes_per_s > 0.0) {
         status =
             bench_relay_open(s.remote.server_port(s.server), bytes_per_s, round_trip_s, &s.relay);
@@ -331,7 +332,8 @@ static vd_status measure_link(bench_run *run, const bench_case *self, const char
     return status;
 }
 
-vd_status bench_remote(bench_run *run, const bench_case *self) {
+static vd_status measure_links(bench_run *run, const bench_case *self,
+                               const bench_forest_cloud *cloud) {
     static const struct {
         const char *method;
         double bytes_per_s, round_trip_s;
@@ -343,9 +345,25 @@ vd_status bench_remote(bench_run *run, const bench_case *self) {
                 {"1 MB/s, screens", 1e6, 0.15, VD_WIRE_MODE_SCREENS}};
     vd_status status = vd_success();
     for (size_t i = 0; i < sizeof ways / sizeof ways[0] && status.code == VD_OK; i++) {
-        status = measure_link(run, self, ways[i].method, ways[i].bytes_per_s, ways[i].round_trip_s,
-                              ways[i].mode);
+        status = measure_link(run, self, ways[i].method, cloud, ways[i].bytes_per_s,
+                              ways[i].round_trip_s, ways[i].mode);
     }
+    return status;
+}
+
+vd_status bench_remote(bench_run *run, const bench_case *self) {
+    return measure_links(run, self, NULL);
+}
+
+vd_status bench_remote_cloud(bench_run *run, const bench_case *self) {
+    enum { PARTICLES = 2000000, FEW = 200000 };
+    char path[512];
+    bench_cloud_path(path, sizeof path);
+    const bench_forest_cloud cloud = {path, run->particles > 0 ? run->particles
+                                            : run->quick       ? FEW
+                                                               : PARTICLES};
+    const vd_status status = measure_links(run, self, &cloud);
+    unlink(path);
     return status;
 }
 
@@ -356,7 +374,7 @@ vd_status bench_remote_answer(bench_run *run, const bench_case *self) {
     static double times_ms[MOST_ANSWERS];
     int count = 0;
     const int wanted = run->quick ? 5 : MOST_ANSWERS;
-    vd_status status = begin(run, self, &s);
+    vd_status status = begin(run, self, NULL, &s);
     if (status.code == VD_OK) {
         status = join(&s, VD_WIRE_MODE_IMPOSTORS);
     }
@@ -392,7 +410,7 @@ static vd_status measure_clients(bench_run *run, const bench_case *self, int cli
     static stage s;
     double rates[MOST_CLIENTS], sum = 0.0, least = INFINITY, held = 0.0;
     vd_client_news before[MOST_CLIENTS];
-    vd_status status = begin(run, self, &s);
+    vd_status status = begin(run, self, NULL, &s);
     s.apart_s = apart_s;
     for (int i = 0; i < clients && status.code == VD_OK; i++) {
         status = join(&s, VD_WIRE_MODE_IMPOSTORS);

@@ -75,8 +75,8 @@ static vd_status measure_size(bench_run *run, const bench_case *self, vd_isa isa
                               double scale, const char *method, int samples, bool impostors) {
     world_scene w = {.frame = 0};
     vd_status status =
-        bench_forest_init(&w.f, run, self->camera, isa, threads, (int)(self->width * scale + 0.5),
-                          (int)(self->rows * scale + 0.5));
+        bench_forest_init(&w.f, run, self->camera, NULL, isa, threads,
+                          (int)(self->width * scale + 0.5), (int)(self->rows * scale + 0.5));
     if (status.code == VD_OK) {
         status = measure(run, self, &w, method, samples, impostors);
     }
