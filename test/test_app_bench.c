@@ -134,7 +134,7 @@ static void a_server_is_measured(void **state) {
     (void)snprintf(
         arguments, sizeof arguments,
         "%s remote-answer remote-messages --quick --threads 1 --json - 2>bench-remote.txt",
-        test_is_reduced() ? "" : "remote");
+        test_is_reduced() ? "" : "remote remote-cloud --particles 20000");
     const int status = bench(arguments);
     if (status != 0) {
         assert_int_equal(bench("remote --quick 2>&1"), 1);
@@ -147,7 +147,8 @@ static void a_server_is_measured(void **state) {
         return;
     }
     assert_int_equal(count("\"case\": \"remote\""), 5);
-    assert_int_equal(count("pictures/s"), 5);
+    assert_int_equal(count("\"case\": \"remote-cloud\""), 5);
+    assert_int_equal(count("pictures/s"), 10);
     assert_non_null(strstr(output, "camera to picture"));
 }
 
@@ -323,16 +324,18 @@ static void impostors_have_tables(void **state) {
     assert_int_equal(count("\"at\": 30000.0"), 1);
     assert_int_equal(
         bench(test_is_reduced()
-                  ? "impostor-path --quick --threads 1 --json - 2>/dev/null"
-                  : "impostor-extremes impostor-path --quick --threads 1 --json - 2>/dev/null"),
+                  ? "impostor-path impostor-window --quick --threads 1 --json - 2>/dev/null"
+                  : "impostor-extremes impostor-path impostor-window --quick --threads 1 --json - "
+                    "2>/dev/null"),
         0);
     assert_int_equal(count("\"case\": \"impostor-path\""), 1);
+    assert_int_equal(count("\"case\": \"impostor-window\""), 2);
     if (!test_is_reduced()) {
         assert_int_equal(count("\"case\": \"impostor-extremes\""), 4);
         assert_int_equal(count(" Mpx/s by B_"), 4);
     }
     assert_int_equal(bench("--list"), 0);
-    assert_non_null(strstr(output, "impostor-path quads quad-sides"));
+    assert_non_null(strstr(output, "impostor-path impostor-window quads quad-sides"));
     assert_int_equal(bench("impostor-grain --particles -1 2>&1 >/dev/null"), 2);
     assert_non_null(strstr(output, "--particles"));
 }
