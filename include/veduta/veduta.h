@@ -5,6 +5,7 @@
 #define VEDUTA_VEDUTA_H
 
 #include <veduta/api.h>
+#include <veduta/brick_block.h>
 #include <veduta/brick_view.h>
 #include <veduta/bricks.h>
 #include <veduta/camera.h>

@@ -1,14 +1,8 @@
-/* brick_view.c: from an octree and a camera to lists of splats.
- *
- * Opacity. A sample stands for k particles, each of which covers a share c of a pixel, opacity
- * times area, at most opacity. k of them, one over the other, cover 1 − (1 − c)^k; so much must the
- * sample. Its area grows with k as far as a pixel; the rest is its opacity. Keeping k·c instead,
- * the sum of the areas, is the same for small c; for dense clouds it would cover too much, by up to
- * 1 / e of a pixel. */
+/* brick_view.c: from an octree and a camera to lists of splats. */
 #include <math.h>
 #include <string.h>
 #include "core/core.h"
-#include "core/real.h"
+#include "splat/brick_pack.h"
 #include "splat/brick_walk.h"
 
 #define MEMORY_DEFAULT ((size_t)1 << 30)
@@ -149,7 +143,7 @@ static void fill_kept(const preparation *p, const vd_brick *brick, const vd_bric
     }
 }
 
-/* Sets radius and opacity of a list: see above. */
+/* Sets radius and opacity of a list: see brick_block.c. */
 static void set_opacity(const vd_brick_walk *w, const vd_bricks_node *n, vd_kept_node *k,
                         vd_splats *s) {
     /* Densities of particles without a size are those of points. */
@@ -165,18 +159,9 @@ static void set_opacity(const vd_brick_walk *w, const vd_bricks_node *n, vd_kept
     const double each = (double)n->leaves / n->count;
     const double opacity = w->def->opacity > 0.0 ? w->def->opacity : 1.0;
     s->opacity = (float)opacity;
-    if (w->def->mode == VD_SPLAT_ALPHA && each > 1.0 && radius > 0.0) {
-        const double side = 2.0 * radius * pixels;
-        const double area = side < 1.0 ? side * side : 1.0;
-        const double covered =
-            opacity * area < 1.0
-                ? 1.0 - vd_exp(each * 0.69314718055994530942 * vd_log2(1.0 - opacity * area))
-                : 1.0;
-        /* As far as a pixel, for the nearest of them: larger ones are drawn more slowly. */
-        const double pixel = 1.0 / (2.0 * radius * vd_brick_walk_scale(w, nearest));
-        factor = sqrt(each) < pixel ? sqrt(each) : pixel > 1.0 ? pixel : 1.0;
-        const double share = area * factor * factor < 1.0 ? area * factor * factor : 1.0;
-        s->opacity = (float)(covered / share < 1.0 ? covered / share : 1.0);
+    if (w->def->mode == VD_SPLAT_ALPHA) {
+        vd_brick_stand_in(radius, each, opacity, pixels, vd_brick_walk_scale(w, nearest), &factor,
+                          &s->opacity);
     }
     s->radius_m = (float)(radius * factor);
     if (k->radius != NULL) {

@@ -88,10 +88,25 @@ static uint32_t far_sides(const vd_brick_walk *w, const vd_bricks_node *n) {
     return far;
 }
 
-static bool is_fine(const vd_brick_walk *w, const vd_bricks_node *n) {
+uint32_t vd_brick_walk_children(const vd_brick_walk *w, const vd_bricks_node *n, uint32_t out[8]) {
+    const uint32_t far = far_sides(w, n);
+    uint32_t count = 0;
+    for (uint32_t order = 8; order-- > 0;) {
+        for (uint32_t c = 0; c < n->child_count; c++) {
+            /* A bit is set where the child is on the far side. */
+            const uint32_t octant = w->view->bricks->nodes[n->child_first + c].octant;
+            if ((~(octant ^ far) & 7) == order && count < 8) {
+                out[count++] = n->child_first + c;
+            }
+        }
+    }
+    return count;
+}
+
+double vd_brick_walk_spread(const vd_brick_walk *w, const vd_bricks_node *n) {
     double nearest;
     (void)vd_brick_walk_depth(w, n, &nearest);
-    return (double)n->spread * vd_brick_walk_scale(w, nearest) <= w->detail_px;
+    return (double)n->spread * vd_brick_walk_scale(w, nearest);
 }
 
 /* `whole`: it stands below a root. */
@@ -112,7 +127,7 @@ static void choose(vd_brick_walk *w, uint32_t index, bool whole) {
         return;
     }
     const bool serves = mark == VD_MARK_WHOLE || w->def->rest_hidden;
-    if (serves && (n->child_count == 0 || is_fine(w, n))) {
+    if (serves && (n->child_count == 0 || vd_brick_walk_spread(w, n) <= w->detail_px)) {
         w->view->parts->chosen[w->count++] = index;
         w->stats.nodes++;
         w->stats.leaves += n->child_count == 0;
@@ -120,15 +135,10 @@ static void choose(vd_brick_walk *w, uint32_t index, bool whole) {
         w->stats.stands_for += n->leaves;
         return;
     }
-    const uint32_t far = far_sides(w, n);
-    for (uint32_t order = 8; order-- > 0;) {
-        for (uint32_t c = 0; c < n->child_count; c++) {
-            /* A bit is set where the child is on the far side. */
-            const uint32_t octant = w->view->bricks->nodes[n->child_first + c].octant;
-            if ((~(octant ^ far) & 7) == order) {
-                choose(w, n->child_first + c, mark == VD_MARK_WHOLE);
-            }
-        }
+    uint32_t children[8];
+    const uint32_t count = vd_brick_walk_children(w, n, children);
+    for (uint32_t i = 0; i < count; i++) {
+        choose(w, children[i], mark == VD_MARK_WHOLE);
     }
 }
 

@@ -65,6 +65,13 @@ double vd_brick_walk_depth(const vd_brick_walk *walk, const vd_bricks_node *node
 /* Pixels of a metre at a depth. */
 double vd_brick_walk_scale(const vd_brick_walk *walk, double depth);
 
+/* A node's children, back to front; returns how many. */
+uint32_t vd_brick_walk_children(const vd_brick_walk *walk, const vd_bricks_node *node,
+                                uint32_t out[8]);
+
+/* How far on the screen the data is from a node's particles that stand for it, pixels. */
+double vd_brick_walk_spread(const vd_brick_walk *walk, const vd_bricks_node *node);
+
 /* How much lower a node appears, metres: at its middle. */
 double vd_brick_walk_drop(const vd_brick_walk *walk, const vd_bricks_node *node);
 

@@ -10,7 +10,11 @@
 #define VD_CHUNK_PARTICLES 16384
 #define VD_CHUNK_USUAL 8192
 #define VD_CHUNK_RECORDS (VD_CHUNK_PARTICLES + VD_CHUNK_PARTICLES / 4)
+#if defined(__wasm__) /* one thread, and memory that is the page's */
+#define VD_BATCH_CHUNKS 4
+#else
 #define VD_BATCH_CHUNKS 16
+#endif
 
 /* Lists of more particles than this are sorted one by one, by one thread with memory of its own. */
 #define VD_SORT_MUCH ((size_t)1 << 18)
