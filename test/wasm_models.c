@@ -1,20 +1,21 @@
-/* wasm_models OUT FRAMES: models, where instances of them stand around a camera, and the hashes of
- * frames of them drawn natively over a picture, for test/wasm/models.mjs. All little-endian;
- * u32 number of models; of each: u32 bytes, its block
- * f64 light[16], as vd_wasm_light_set takes it
- * u32 frames; of each
- *   u32 width, height; f64 camera[12]: eye, orientation, lens, near
- *   f64 corners[12] of a picture, texels [8][8][4]; u32 how many instances are behind it
- *   u32 number of instances; of each: u32 model, f64 numbers[17], as vd_wasm_instance_add takes
- * them u32 instances in sight, FNV-1a 64 of the RGBA rows without padding (low word, high word) */
+/* wasm_models OUT FRAMES: models, where instances of them stand around a camera, bricks of
+ * particles, and the hashes of frames of them drawn natively over a picture, for
+ * test/wasm/models.mjs. All little-endian; u32 number of models; of each: u32 bytes, its block; the
+ * same of bricks f64 light[16], as vd_wasm_light_set takes it u32 frames; of each u32 width,
+ * height; f64 camera[12]: eye, orientation, lens, near f64 corners[12] of a picture, texels
+ * [8][8][4]; u32 how many instances are behind it u32 number of instances; of each: u32 model, f64
+ * numbers[17], as vd_wasm_instance_add takes them; u32 number of bricks, which come last; of each:
+ * u32 brick, f64 origin[3] u32 instances and bricks in sight, FNV-1a 64 of the RGBA rows without
+ * padding (low word, high word) */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <veduta/placed.h>
 #include "display_scenes.h"
 #include "raster/texture_internal.h"
+#include "splat/brick_pack.h"
 
-enum { MODELS = 5, MOST = 12, RINGS = 10, SIDES = 14, SIDE = 8 };
+enum { MODELS = 5, BRICKS = 9, MOST = 12, MOST_BRICKS = 6, RINGS = 10, SIDES = 14, SIDE = 8 };
 
 typedef struct scene {
     FILE *file;
@@ -22,6 +23,8 @@ typedef struct scene {
     uint64_t random;
     vd_context *context;
     vd_model *models[MODELS];
+    uint8_t *bricks[BRICKS];
+    size_t brick_bytes[BRICKS];
     vd_display *display;
     vd_placer *placer;
     vd_light light;
@@ -138,6 +141,50 @@ static vd_status make_models(scene *s) {
     return status;
 }
 
+/* Blocks of every kernel, with and without sizes and colours of their own. */
+static vd_status make_bricks(scene *s) {
+    put_word(s, BRICKS);
+    for (uint32_t i = 0; i < BRICKS; i++) {
+        vd_brick_block_head head = {.magic = {'V', 'D', 'B', 'R', 'I', 'C', 'K', 1},
+                                    .stands_for = i % 3 == 0 ? 1.0 : between(s, 1, 90),
+                                    .count = 1 + below(s, i == 4 ? 9000 : 700),
+                                    .kernel = i % VD_SPLAT_KERNEL_COUNT,
+                                    .parts = i & VD_BLOCK_PARTS,
+                                    .color = {200, 120, (uint8_t)(20 * i), (uint8_t)(255 - 15 * i)},
+                                    .radius = (float)between(s, 0.01, 0.3),
+                                    .radius_step = (float)between(s, 0, 1e-5),
+                                    .opacity = (float)between(s, 0.2, 1)};
+        for (int k = 0; k < 3; k++) {
+            head.step[k] = (float)between(s, 1e-5, 4e-4);
+        }
+        const size_t bytes = vd_brick_block_layout(head.count, head.parts).size_bytes;
+        uint8_t *block = vd_allocate(s->context, 1, bytes);
+        if (block == NULL) {
+            return vd_failure(VD_ERROR_MEMORY, "no memory");
+        }
+        for (size_t at = 0; at < bytes; at++) {
+            block[at] = (uint8_t)display_scene_random(&s->random);
+        }
+        memcpy(block, &head, sizeof head);
+        head.checksum = vd_brick_block_checksum(block, bytes);
+        memcpy(block, &head, sizeof head);
+        s->bricks[i] = block;
+        s->brick_bytes[i] = bytes;
+        put_word(s, (uint32_t)bytes);
+        put(s, block, bytes);
+    }
+    return vd_success();
+}
+
+static vd_status make_brick(scene *s, const vd_camera *camera, vd_brick_block **out) {
+    const uint32_t brick = below(s, BRICKS);
+    const vd_vec3 way = vd_vec3_make(between(s, -20, 10), between(s, -20, 10), between(s, -5, 50));
+    const vd_vec3 origin = vd_vec3_add(camera->eye, vd_quat_rotate(camera->orientation, way));
+    put_word(s, brick);
+    put(s, &origin, sizeof origin);
+    return vd_brick_block_unpack(s->context, s->bricks[brick], s->brick_bytes[brick], origin, out);
+}
+
 static void make_light(scene *s) {
     const double altitude = between(s, 0.1, 1.4);
     s->light = vd_light_daylight(between(s, 0, 6), altitude);
@@ -215,7 +262,8 @@ static vd_placed make_instance(scene *s, const vd_camera *camera) {
 
 static vd_status draw(scene *s) {
     const int width = 1 + (int)below(s, 220), height = 1 + (int)below(s, 160);
-    vd_placed placed[MOST];
+    vd_placed placed[MOST + MOST_BRICKS];
+    vd_brick_block *bricks[MOST_BRICKS] = {NULL};
     vd_status status = vd_success();
     put_word(s, (uint32_t)width);
     put_word(s, (uint32_t)height);
@@ -226,6 +274,12 @@ static vd_status draw(scene *s) {
     put_word(s, count);
     for (uint32_t i = 0; i < count; i++) {
         placed[i] = make_instance(s, &camera);
+    }
+    const uint32_t brick_count = below(s, MOST_BRICKS + 1);
+    put_word(s, brick_count);
+    for (uint32_t i = 0; i < brick_count && status.code == VD_OK; i++) {
+        status = make_brick(s, &camera, &bricks[i]);
+        placed[count + i] = (vd_placed){.brick = bricks[i]};
     }
     vd_frame *frame = NULL;
     if (status.code == VD_OK) {
@@ -248,7 +302,10 @@ static vd_status draw(scene *s) {
     }
     if (status.code == VD_OK) {
         status = vd_placer_draw(s->placer, NULL, &s->light, &camera, placed + behind,
-                                (int)(count - behind), &window, NULL, &second);
+                                (int)(count + brick_count - behind), &window, NULL, &second);
+    }
+    for (uint32_t i = 0; i < brick_count; i++) {
+        vd_brick_block_destroy(&bricks[i]);
     }
     const uint64_t hash = display_scene_hash(frame);
     put_word(s, (uint32_t)(first + second));
@@ -276,6 +333,9 @@ int main(int argc, char **argv) {
     if (status.code == VD_OK) {
         status = make_models(&s);
     }
+    if (status.code == VD_OK) {
+        status = make_bricks(&s);
+    }
     make_light(&s);
     put_word(&s, frames);
     for (uint32_t i = 0; i < frames && status.code == VD_OK; i++) {
@@ -288,6 +348,9 @@ int main(int argc, char **argv) {
     }
     for (int i = 0; i < MODELS; i++) {
         vd_model_destroy(&s.models[i]);
+    }
+    for (int i = 0; i < BRICKS; i++) {
+        vd_release(s.context, s.bricks[i]);
     }
     vd_placer_destroy(&s.placer);
     vd_display_destroy(&s.display);

@@ -1,4 +1,4 @@
-/* placed.c: models over a client's frame. Also built to WebAssembly. */
+/* placed.c: models, and bricks of particles, over a client's frame. Also built to WebAssembly. */
 #include <veduta/placed.h>
 
 #include <math.h>
@@ -6,6 +6,7 @@
 #include "core/core.h"
 #include "core/list.h"
 #include "image/image.h"
+#include "world/placed_bricks.h"
 #include "world/world_shader.h"
 
 /* As pictures of objects are drawn. */
@@ -20,6 +21,7 @@ struct vd_placer {
     size_t frame_pixels;
     vd_list draws;   /* vd_draw */
     vd_list dresses; /* dress, by item */
+    vd_placed_bricks bricks;
     vd_world_light light;
 };
 
@@ -33,7 +35,7 @@ vd_status vd_placer_create(vd_context *context, vd_placer **out) {
     if (g == NULL) {
         return vd_out_of_memory("drawing models", sizeof *g);
     }
-    g->context = context;
+    g->context = g->bricks.context = context;
     const vd_status status = vd_raster_create(context, &g->raster);
     if (status.code != VD_OK) {
         vd_placer_destroy(&g);
@@ -53,6 +55,7 @@ void vd_placer_destroy(vd_placer **placer) {
     vd_frame_destroy(&g->frame);
     vd_release(g->context, g->draws.data);
     vd_release(g->context, g->dresses.data);
+    vd_placed_bricks_finish(&g->bricks);
     vd_release(g->context, g);
 }
 
@@ -205,33 +208,77 @@ static vd_status add_item(vd_placer *g, const vd_camera *camera, const vd_placed
     return vd_success();
 }
 
+/* Where a brick is on screen. */
+static rectangle brick_rectangle(const vd_camera *camera, const vd_placed_window *window,
+                                 const vd_brick_block *brick) {
+    vd_vec3 min, max;
+    const double reach = vd_placed_brick_reach(brick);
+    vd_placed_brick_box(brick, &min, &max);
+    const vd_vec3 around = vd_vec3_make(reach, reach, reach);
+    return rectangle_of(camera, window, vd_vec3_subtract(min, around), vd_vec3_add(max, around));
+}
+
+static bool is_empty(rectangle r) {
+    return r.x0 >= r.x1 || r.y0 >= r.y1;
+}
+
+/* What of the items is drawn. */
+typedef struct gathered {
+    rectangle in;
+    int drawn;
+} gathered;
+
+/* Adds a model to what is drawn, if it is in sight and not too much. */
+static vd_status gather_model(vd_placer *g, const vd_camera *camera, const vd_placed *item,
+                              const vd_placed_window *window, dress *d, vd_placed_account *account,
+                              gathered *to) {
+    const vd_matrix matrix = matrix_of(&item->place);
+    vd_vec3 min, max;
+    box_of(item, &matrix, &min, &max);
+    const rectangle at = rectangle_of(camera, window, min, max);
+    if (is_empty(at)) {
+        return vd_success();
+    }
+    account->primitives += cost_of(item->model);
+    if (account->primitives > VD_PLACED_MOST) {
+        return vd_success();
+    }
+    to->in = join(to->in, at);
+    to->drawn++;
+    return add_item(g, camera, item, &matrix, d);
+}
+
+static vd_status gather_brick(vd_placer *g, const vd_camera *camera, const vd_brick_block *brick,
+                              const vd_placed_window *window, vd_placed_account *account,
+                              gathered *to) {
+    const rectangle at = brick_rectangle(camera, window, brick);
+    bool added = false;
+    if (is_empty(at)) {
+        return vd_success();
+    }
+    const vd_status status = vd_placed_bricks_add(&g->bricks, brick, account, &added);
+    if (added) {
+        to->in = join(to->in, at);
+        to->drawn++;
+    }
+    return status;
+}
+
 /* Gathers the draws of all items that may be seen, and where they are. */
 static vd_status gather(vd_placer *g, const vd_camera *camera, const vd_placed *items, int count,
-                        const vd_placed_window *window, vd_placed_account *account, rectangle *in,
-                        int *drawn) {
+                        const vd_placed_window *window, vd_placed_account *account, gathered *to) {
     g->draws.count = g->dresses.count = 0;
-    *in = (rectangle){window->width, window->height, 0, 0};
-    *drawn = 0;
+    vd_placed_bricks_begin(&g->bricks);
+    to->in = (rectangle){window->width, window->height, 0, 0};
     dress *dresses = vd_list_add(g->context, &g->dresses, (size_t)count, sizeof *dresses);
     if (dresses == NULL) {
         return vd_out_of_memory("models to be drawn", (size_t)count * sizeof *dresses);
     }
     vd_status status = vd_success();
     for (int i = 0; i < count && status.code == VD_OK; i++) {
-        const vd_matrix matrix = matrix_of(&items[i].place);
-        vd_vec3 min, max;
-        box_of(&items[i], &matrix, &min, &max);
-        const rectangle at = rectangle_of(camera, window, min, max);
-        if (at.x0 >= at.x1 || at.y0 >= at.y1) {
-            continue;
-        }
-        account->primitives += cost_of(items[i].model);
-        if (account->primitives > VD_PLACED_MOST) {
-            continue;
-        }
-        status = add_item(g, camera, &items[i], &matrix, &dresses[i]);
-        *in = join(*in, at);
-        (*drawn)++;
+        status = items[i].brick != NULL
+                     ? gather_brick(g, camera, items[i].brick, window, account, to)
+                     : gather_model(g, camera, &items[i], window, &dresses[i], account, to);
     }
     return status;
 }
@@ -272,25 +319,52 @@ static uint64_t most_pixels(int width, int height) {
 
 bool vd_placed_is_absurd(const vd_placed_account *account, int width, int height) {
     return account->primitives > VD_PLACED_ABSURD * VD_PLACED_MOST ||
-           account->pixels > VD_PLACED_ABSURD * most_pixels(width, height);
+           account->pixels > VD_PLACED_ABSURD * most_pixels(width, height) ||
+           account->particles > VD_PLACED_ABSURD * VD_PLACED_PARTICLES;
+}
+
+/* A frame of the rectangle's size, with depth if bricks are to be hidden by models. */
+static vd_status fit_frame(vd_placer *g, int width, int height) {
+    const bool deep = g->draws.count > 0 && g->bricks.seen.count > 0;
+    if (deep && g->frame != NULL && g->frame->depth == NULL) {
+        vd_frame_destroy(&g->frame);
+    }
+    return vd_frame_fit(g->context, width, height, deep ? VD_PLANE_DEPTH : 0, &g->frame,
+                        &g->frame_pixels);
+}
+
+/* Draws the models that were gathered into the frame, transparent where there are none, and the
+ * bricks over them. */
+static vd_status draw_items(vd_placer *g, vd_job *job, const vd_camera *camera,
+                            const vd_placed_window *window, vd_placed_account *account) {
+    vd_frame frame = *g->frame;
+    vd_status status = vd_success();
+    if (g->draws.count > 0) {
+        vd_raster_def def = vd_raster_def_default();
+        vd_raster_stats stats = {.covered = 0};
+        def.samples = SAMPLES;
+        def.most_pixels = most_pixels(window->width, window->height) - account->pixels;
+        def.most_layers = VD_PLACED_LAYERS;
+        vd_frame_forget_objects(g->frame);
+        status = vd_raster_render(g->raster, job, &def, camera, g->draws.data, (int)g->draws.count,
+                                  g->frame, &stats);
+        account->pixels += stats.covered;
+    } else {
+        memset(frame.rgba, 0, 4 * frame.stride * (size_t)frame.height);
+        frame.depth = NULL;
+    }
+    return status.code == VD_OK && g->bricks.seen.count > 0
+               ? vd_placed_bricks_draw(&g->bricks, job, camera, window, account, &frame)
+               : status;
 }
 
 /* Draws what was gathered into a frame of its own and blends that over the window. */
 static vd_status draw(vd_placer *g, vd_job *job, const vd_camera *camera,
                       const vd_placed_window *window, rectangle in, vd_placed_account *account) {
-    const int width = in.x1 - in.x0, height = in.y1 - in.y0;
-    const uint64_t most = most_pixels(window->width, window->height);
-    vd_raster_def def = vd_raster_def_default();
-    vd_raster_stats stats = {.covered = 0};
-    def.samples = SAMPLES;
-    def.most_pixels = most - account->pixels;
-    def.most_layers = VD_PLACED_LAYERS;
-    vd_status status = vd_frame_fit(g->context, width, height, 0, &g->frame, &g->frame_pixels);
+    const int height = in.y1 - in.y0;
+    vd_status status = fit_frame(g, in.x1 - in.x0, height);
     if (status.code == VD_OK) {
-        vd_frame_forget_objects(g->frame);
-        status = vd_raster_render(g->raster, job, &def, camera, g->draws.data, (int)g->draws.count,
-                                  g->frame, &stats);
-        account->pixels += stats.covered;
+        status = draw_items(g, job, camera, window, account);
     }
     if (status.code == VD_OK) {
         blending b = {g->frame, window, in};
@@ -303,24 +377,24 @@ static vd_status draw(vd_placer *g, vd_job *job, const vd_camera *camera,
 vd_status vd_placer_draw(vd_placer *g, vd_job *job, const vd_light *light, const vd_camera *camera,
                          const vd_placed *items, int count, const vd_placed_window *window,
                          vd_placed_account *account, int *drawn) {
-    rectangle in;
-    int seen = 0;
+    gathered what = {.drawn = 0};
     vd_placed_account own = {.runs = 0};
     account = account != NULL ? account : &own;
     const bool fits = account->runs++ < VD_PLACED_RUNS &&
                       account->pixels < most_pixels(window->width, window->height);
-    vd_status status = fits && count > 0
-                           ? gather(g, camera, items, count, window, account, &in, &seen)
-                           : vd_success();
-    if (status.code == VD_OK && seen > 0) {
+    vd_status status =
+        fits && count > 0 ? gather(g, camera, items, count, window, account, &what) : vd_success();
+    if (status.code == VD_OK && what.drawn > 0) {
         vd_camera cut = *camera;
-        cut.lens.cx -= in.x0;
-        cut.lens.cy -= in.y0;
-        vd_world_light_aim(&g->light, light, &cut, NULL, NULL, 1.0, false);
-        status = draw(g, job, &cut, window, in, account);
+        cut.lens.cx -= what.in.x0;
+        cut.lens.cy -= what.in.y0;
+        if (g->draws.count > 0) {
+            vd_world_light_aim(&g->light, light, &cut, NULL, NULL, 1.0, false);
+        }
+        status = draw(g, job, &cut, window, what.in, account);
     }
     if (drawn != NULL) {
-        *drawn = status.code == VD_OK ? seen : 0;
+        *drawn = status.code == VD_OK ? what.drawn : 0;
     }
     return status;
 }

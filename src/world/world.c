@@ -250,6 +250,14 @@ size_t vd_world_object_count(const vd_world *world) {
     return world->entry_list.count;
 }
 
+bool vd_world_has_particles(const vd_world *world) {
+    bool any = false;
+    for (size_t i = 0; i < world->entry_list.count && !any; i++) {
+        any = world->entries[i].object->kind == VD_OBJECT_PARTICLES;
+    }
+    return any;
+}
+
 const vd_node *vd_world_node(const vd_world *world, uint64_t id) {
     const vd_node *node = world->nodes;
     for (; id != 0 && node != NULL; id <<= 8) {

@@ -1,11 +1,11 @@
-// models.mjs WASM MODELS: draws the models of test/wasm_models.c in WebAssembly, over and under a picture,
+// models.mjs WASM MODELS: draws the models and bricks of test/wasm_models.c in WebAssembly, over and under a picture,
 // and compares the hashes of frames with the native ones; then gives it blocks that are damaged.
 import { fail, hashFrame, load, reader } from './support.mjs';
 
 const [wasmPath, modelsPath] = process.argv.slice(2);
 const wasm = await load(wasmPath);
 const { word, doubles, bytes: bytesOf } = reader(modelsPath);
-const BACKGROUND = 0xff306090, INSTANCES = 0x80000000, ARENA = 24 << 20;
+const BACKGROUND = 0xff306090, INSTANCES = 0x80000000, BRICKS = 0xc0000000, ARENA = 64 << 20;
 
 function write(address, values) {
     const memory = new DataView(wasm.memory.buffer);
@@ -34,6 +34,17 @@ blocks.forEach((block, slot) => {
         fail(`model ${slot} was refused`);
     }
 });
+const brickBlocks = Array.from({ length: word() }, () => bytesOf(word()));
+
+/** The same of a brick, whose origin stands at `place`. */
+function addBrick(slot, block) {
+    const room = wasm.vd_wasm_model_room(block.length);
+    if (room === 0) {
+        fail(`no room for a brick of ${block.length} bytes`);
+    }
+    new Uint8Array(wasm.memory.buffer).set(block, room);
+    return wasm.vd_wasm_brick_add(slot, room, block.length, place);
+}
 write(place, doubles(16));
 wasm.vd_wasm_light_set(place);
 const frames = word();
@@ -58,6 +69,15 @@ for (let frame = 0; frame < frames; frame++) {
         ordered.push(INSTANCES + i);
     }
     ordered.splice(behind, 0, 0);
+    const bricks = word();
+    for (let i = 0; i < bricks; i++) {
+        const brick = word();
+        write(place, doubles(3));
+        if (addBrick(i, brickBlocks[brick]) !== 0) {
+            fail(`brick ${brick} was refused`);
+        }
+        ordered.push(BRICKS + i);
+    }
     const mark = wasm.vd_wasm_mark();
     const rgba = wasm.vd_wasm_take(4 * stride * height);
     const memory = new DataView(wasm.memory.buffer);
@@ -70,7 +90,7 @@ for (let frame = 0; frame < frames; frame++) {
     const got = hashFrame(wasm.memory, rgba, width, height, stride);
     const placed = word(), low = word(), high = word();
     if (drawn !== placed + 1 || got !== ((BigInt(high) << 32n) | BigInt(low))) {
-        fail(`frame ${frame} (${width}x${height}, ${count} instances): ${drawn} drawn of ` +
+        fail(`frame ${frame} (${width}x${height}, ${count} instances, ${bricks} bricks): ${drawn} drawn of ` +
              `${placed} and a picture, hash ${got.toString(16)}`);
     }
     shown += drawn;
@@ -117,6 +137,15 @@ for (let i = 0; i < 4000; i++) {
         fail(`a damaged block was taken, or not told of: ${fault > 1 ? text(fault) : fault}`);
     }
 }
+for (let i = 0; i < 2000; i++) {
+    const block = Uint8Array.from(brickBlocks[i % brickBlocks.length]);
+    block[random(i % 2 === 0 ? 128 : block.length)] ^= 1 << random(8);
+    const fault = addBrick(i % 8, i % 3 === 0 ? block.subarray(0, random(block.length) + 1) : block);
+    if (fault === 0 || (fault !== 1 && !text(fault).includes('damaged'))) {
+        fail(`a damaged brick was taken, or not told of: ${fault > 1 ? text(fault) : fault}`);
+    }
+}
+wasm.vd_wasm_brick_remove(4e9);
 const none = [wasm.vd_wasm_instance_add(1e9, 0, place), wasm.vd_wasm_instance_add(0, 1e9, place),
               wasm.vd_wasm_model_room(ARENA)];
 if (none.some((result) => result !== 0)) {
@@ -124,4 +153,4 @@ if (none.some((result) => result !== 0)) {
 }
 wasm.vd_wasm_model_remove(4e9);
 wasm.vd_wasm_instance_remove(4e9);
-console.log(`${frames} frames of models: the same bytes, ${(milliseconds / frames).toFixed(2)} ms each`);
+console.log(`${frames} frames of models and bricks: the same bytes, ${(milliseconds / frames).toFixed(2)} ms each`);

@@ -17,8 +17,10 @@ uintptr_t vd_wasm_take(size_t bytes);
 int vd_wasm_draw_quads(const vd_display_window *window, const vd_quad *quads, int count,
                        float near_m, bool draw_hidden);
 
-/* Numbers of an order from here on are those of instances of models, which src/world/wasm draws. */
+/* Numbers of an order from here on are those of instances of models, and from there of bricks,
+ * which src/world/wasm draws. */
 #define VD_WASM_INSTANCES 0x80000000u
+#define VD_WASM_BRICKS 0xC0000000u
 
 /* Draws the `run`th run of these in an order over the window; returns how many were drawn. */
 int vd_wasm_placed_draw(int run, const uint32_t *order, int count, const vd_camera *camera,

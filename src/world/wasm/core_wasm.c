@@ -4,6 +4,7 @@
  *   arena  │head│taken···│head│free··········│head│taken·│head│free···│     first fit; neighbours
  *                                                                          that are free become one
  */
+#include <math.h>
 #include <stdarg.h>
 #include <string.h>
 #include "core/core.h"
@@ -111,6 +112,17 @@ vd_status vd_parallel_for(vd_context *context, vd_job *job, int count, vd_task_f
     return vd_success();
 }
 
+bool vd_job_stopped(const vd_job *job) {
+    (void)job;
+    return false;
+}
+
+void vd_job_report(vd_job *job, int done, int total) {
+    (void)job;
+    (void)done;
+    (void)total;
+}
+
 void vd_log(vd_context *context, vd_log_level level, const char *format, ...) {
     (void)context;
     (void)level;
@@ -179,6 +191,19 @@ NO_BUILTIN("memcmp") int memcmp(const void *left, const void *right, size_t coun
         }
     }
     return 0;
+}
+
+/* By powers of two in steps that are normal numbers: exact where the result is one. */
+double ldexp(double value, int exponent) {
+    for (; exponent != 0;) {
+        const int step = exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent;
+        const uint64_t bits = (uint64_t)(step + 1023) << 52;
+        double power;
+        memcpy(&power, &bits, sizeof power);
+        value *= power;
+        exponent -= step;
+    }
+    return value;
 }
 
 NO_BUILTIN("strlen") size_t strlen(const char *text) {

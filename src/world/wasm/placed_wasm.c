@@ -1,13 +1,16 @@
-/* placed_wasm.c: the models that a page keeps, where instances of them stand, and their light.
+/* placed_wasm.c: the models and bricks that a page keeps, where instances of models stand, and
+ * their light.
  *
- * Blocks come from a server: each is checked before it is used. Models and instances have slots of
- * their own; an instance names its model's slot, which may be empty.
+ * Blocks come from a server: each is checked before it is used. Models, instances and bricks have
+ * slots of their own; an instance names its model's slot, which may be empty.
  */
 #include "world/wasm/placed_wasm.h"
 #include <string.h>
+#include <veduta/colormap.h>
 
 #define MOST_MODELS 4096u
 #define MOST_INSTANCES 16384u
+#define MOST_BRICKS 16384u
 
 typedef struct instance {
     uint32_t model; /* slot + 1; 0: there is no instance */
@@ -18,9 +21,10 @@ typedef struct instance {
 static struct {
     vd_context *context;
     vd_placer *placer;
-    vd_model **models;   /* [MOST_MODELS] */
-    instance *instances; /* [MOST_INSTANCES] */
-    vd_placed *placed;   /* [MOST_INSTANCES], of a frame */
+    vd_model **models;       /* [MOST_MODELS] */
+    instance *instances;     /* [MOST_INSTANCES] */
+    vd_brick_block **bricks; /* [MOST_BRICKS] */
+    vd_placed *placed;       /* [MOST_INSTANCES], of a frame */
     vd_light light;
     bool lit;
     vd_placed_account account; /* of the frame that is drawn, or was drawn last */
@@ -35,12 +39,15 @@ int VD_EXPORT(vd_wasm_placed_create)(uint32_t bytes) {
     }
     page.models = (vd_model **)vd_wasm_take(MOST_MODELS * sizeof *page.models);
     page.instances = (instance *)vd_wasm_take(MOST_INSTANCES * sizeof *page.instances);
+    page.bricks = (vd_brick_block **)vd_wasm_take(MOST_BRICKS * sizeof(vd_brick_block *));
     page.placed = (vd_placed *)vd_wasm_take(MOST_INSTANCES * sizeof *page.placed);
-    if (page.models == NULL || page.instances == NULL || page.placed == NULL) {
+    if (page.models == NULL || page.instances == NULL || page.bricks == NULL ||
+        page.placed == NULL) {
         return 0;
     }
     memset(page.models, 0, MOST_MODELS * sizeof *page.models);
     memset(page.instances, 0, MOST_INSTANCES * sizeof *page.instances);
+    memset(page.bricks, 0, MOST_BRICKS * sizeof(vd_brick_block *));
     return vd_placer_create(page.context, &page.placer).code == VD_OK;
 }
 
@@ -55,8 +62,16 @@ void VD_EXPORT(vd_wasm_model_remove)(uint32_t slot) {
     }
 }
 
-/* Makes a model of the block that was written, and gives its room back. Returns 0; 1 when there is
- * no memory; else the address of a sentence that says what is wrong with the block. */
+/* What adding a block returns: 0; 1 when there is no memory; else the address of a sentence that
+ * says what is wrong with the block. */
+static uintptr_t result_of(const vd_status *status) {
+    memcpy(page.sentence, status->message, sizeof page.sentence);
+    return status->code == VD_OK             ? 0
+           : status->code == VD_ERROR_MEMORY ? 1
+                                             : (uintptr_t)page.sentence;
+}
+
+/* Makes a model of the block that was written, and gives its room back. */
 uintptr_t VD_EXPORT(vd_wasm_model_add)(uint32_t slot, void *block, uint32_t bytes) {
     vd_model *model = NULL;
     vd_wasm_model_remove(slot);
@@ -67,8 +82,30 @@ uintptr_t VD_EXPORT(vd_wasm_model_add)(uint32_t slot, void *block, uint32_t byte
     if (status.code == VD_OK) {
         page.models[slot] = model;
     }
-    memcpy(page.sentence, status.message, sizeof page.sentence);
-    return status.code == VD_OK ? 0 : status.code == VD_ERROR_MEMORY ? 1 : (uintptr_t)page.sentence;
+    return result_of(&status);
+}
+
+void VD_EXPORT(vd_wasm_brick_remove)(uint32_t slot) {
+    if (page.placer != NULL && slot < MOST_BRICKS) {
+        vd_brick_block_destroy(&page.bricks[slot]);
+    }
+}
+
+/* The same of a brick, whose numbers begin at an origin. */
+uintptr_t VD_EXPORT(vd_wasm_brick_add)(uint32_t slot, void *block, uint32_t bytes,
+                                       const double origin[3]) {
+    vd_brick_block *brick = NULL;
+    vd_wasm_brick_remove(slot);
+    const vd_status status =
+        slot < MOST_BRICKS
+            ? vd_brick_block_unpack(page.context, block, bytes,
+                                    vd_vec3_make(origin[0], origin[1], origin[2]), &brick)
+            : vd_failure(VD_ERROR_MEMORY, "%s", "");
+    vd_release(page.context, block);
+    if (status.code == VD_OK) {
+        page.bricks[slot] = brick;
+    }
+    return result_of(&status);
 }
 
 /* Places an instance of a model: origin, axes, sun, ground (three numbers and 1, or four times 0).
@@ -120,11 +157,16 @@ int vd_wasm_placed_draw(int run, const uint32_t *order, int count, const vd_came
     if (run == 0) {
         page.account = (vd_placed_account){.runs = 0};
     }
-    for (int k = 0; k < count && page.lit && made < (int)MOST_INSTANCES; k++) {
+    for (int k = 0; k < count && made < (int)MOST_INSTANCES; k++) {
         const uint32_t slot = order[k] - VD_WASM_INSTANCES;
-        const instance *i = slot < MOST_INSTANCES ? &page.instances[slot] : NULL;
+        const uint32_t brick = order[k] - VD_WASM_BRICKS;
+        const instance *i = slot < MOST_INSTANCES && page.lit ? &page.instances[slot] : NULL;
         if (i != NULL && i->model != 0 && page.models[i->model - 1] != NULL) {
-            page.placed[made++] = (vd_placed){page.models[i->model - 1], i->place};
+            page.placed[made++] =
+                (vd_placed){.model = page.models[i->model - 1], .place = i->place};
+        } else if (order[k] >= VD_WASM_BRICKS && brick < MOST_BRICKS &&
+                   page.bricks[brick] != NULL) {
+            page.placed[made++] = (vd_placed){.brick = page.bricks[brick]};
         }
     }
     /* Without memory the frame has none of them. */
@@ -139,8 +181,19 @@ bool vd_wasm_placed_is_absurd(int width, int height) {
     return vd_placed_is_absurd(&page.account, width, height);
 }
 
-/* ---- what there is not in a page: hills and shadows that are asked for by the fragment
- * ----------*/
+/* ---- what there is not in a page: hills and shadows that are asked for by the fragment, colours
+ * of numbers, which bricks have looked up ---- */
+
+bool vd_colormap_find(const char *name, vd_colormap *out) {
+    (void)name;
+    *out = (vd_colormap){.relative = true};
+    return true;
+}
+
+vd_rgba8 vd_colormap_at(const vd_colormap *map, double value, double low, double high) {
+    (void)map, (void)value, (void)low, (void)high;
+    return (vd_rgba8){0, 0, 0, 0};
+}
 
 float vd_hill_shade(const void *heightfield, double exaggeration, vd_vec3 sun, vd_vec3 point);
 float vd_hill_shade(const void *heightfield, double exaggeration, vd_vec3 sun, vd_vec3 point) {

@@ -9,7 +9,7 @@
 #define fabs __builtin_fabs
 #define isfinite __builtin_isfinite
 #define isnan __builtin_isnan
-double ldexp(double value, int power); /* nothing that is exported asks for it */
+double ldexp(double value, int power);
 #define INFINITY (__builtin_inff())
 #define NAN (__builtin_nanf(""))
 #endif
