@@ -13,10 +13,8 @@ typedef struct session_scene {
     vd_session_def def; /* of its sessions */
 } session_scene;
 
-static inline void scene_begin(session_scene *s, vd_context *context, const char *token) {
-    const vd_vec3 middle = {0, 0, 0};
-    s->map = hills(context, middle);
-    s->world = make_world(context, s->map, middle, 200, 3);
+/* Serves the scene's map and world. */
+static inline void scene_serve(session_scene *s, vd_context *context, const char *token) {
     assert_ok(vd_world_renderer_create(context, NULL, s->world, NULL, &s->renderer));
     assert_ok(vd_session_tools_init(context, &s->tools));
     s->def = vd_session_def_default();
@@ -25,6 +23,13 @@ static inline void scene_begin(session_scene *s, vd_context *context, const char
     s->def.tools = &s->tools;
     s->def.token = token;
     s->def.budget_s = 1.0;
+}
+
+static inline void scene_begin(session_scene *s, vd_context *context, const char *token) {
+    const vd_vec3 middle = {0, 0, 0};
+    s->map = hills(context, middle);
+    s->world = make_world(context, s->map, middle, 200, 3);
+    scene_serve(s, context, token);
 }
 
 /* After its sessions. */

@@ -49,7 +49,8 @@ static vd_wire_message make(vd_wire_side side, vd_wire_kind kind) {
                                               720,
                                               "die Blätter",
                                               {ids, 5},
-                                              versions}
+                                              versions,
+                                              0}
                             : (vd_wire_hello){.version = 1, .capabilities = 6, .name = "alps"};
         break;
     case VD_WIRE_CAMERA:
@@ -160,6 +161,7 @@ static void check_same(const vd_wire_message *a, const vd_wire_message *b) {
         check_text(a->as.hello.name, b->as.hello.name);
         assert_int_equal(a->as.hello.capabilities, b->as.hello.capabilities);
         assert_int_equal(a->as.hello.memory_bytes, b->as.hello.memory_bytes);
+        assert_int_equal(a->as.hello.particles, b->as.hello.particles);
         if (a->as.hello.held.count > 0) {
             check_ids(a->as.hello.held, b->as.hello.held);
             assert_memory_equal(a->as.hello.held_versions, b->as.hello.held_versions,
@@ -232,7 +234,10 @@ static void test_round_trips(void **state) {
     vd_wire_buffer again = {0};
     for (int side = 0; side < VD_WIRE_SIDE_COUNT; side++) {
         for (int kind = VD_WIRE_HELLO; kind < VD_WIRE_KIND_COUNT; kind++) {
-            const vd_wire_message m = make((vd_wire_side)side, (vd_wire_kind)kind);
+            vd_wire_message m = make((vd_wire_side)side, (vd_wire_kind)kind);
+            if (kind == VD_WIRE_HELLO && side == VD_WIRE_CLIENT) {
+                m.as.hello.particles = 1u << 20;
+            }
             const vd_status status =
                 vd_wire_encode(f.wire, (vd_wire_side)side, 9, &m, 1, &f.buffer);
             if (!vd_wire_may_send((vd_wire_side)side, m.kind)) {
@@ -372,6 +377,7 @@ static void test_bounds_of_clients(void **state) {
     REFUSE(c, VD_WIRE_HELLO, hello.name = "a\xc3", "hello.name is not UTF-8 at byte 1");
     REFUSE(c, VD_WIRE_HELLO, hello.memory_bytes = 5, "hello.memory_bytes");
     REFUSE(c, VD_WIRE_HELLO, hello.memory_bytes = UINT64_MAX, "hello.memory_bytes");
+    REFUSE(c, VD_WIRE_HELLO, hello.particles = (1u << 20) + 1, "hello.particles");
     REFUSE(c, VD_WIRE_HELLO, hello.width = 0, "hello.width");
     REFUSE(c, VD_WIRE_HELLO, hello.height = 16384, "hello.height");
     REFUSE(c, VD_WIRE_HELLO, hello.held.ids = falling, "hello.held_ids");
@@ -416,6 +422,7 @@ static void test_bounds_of_servers(void **state) {
     static const uint64_t zero[1] = {0};
     REFUSE(s, VD_WIRE_HELLO, hello.token = "x", "hello.token");
     REFUSE(s, VD_WIRE_HELLO, hello.memory_bytes = 1, "hello.memory_bytes");
+    REFUSE(s, VD_WIRE_HELLO, hello.particles = 1, "hello.particles");
     REFUSE(s, VD_WIRE_HELLO, hello.width = 1, "hello.width");
     REFUSE(s, VD_WIRE_IMPOSTOR, impostor.id = 0, "impostor.id");
     REFUSE(s, VD_WIRE_IMPOSTOR, impostor.version = 0, "impostor.version");

@@ -43,13 +43,14 @@ typedef struct vd_client_def {
     bool insecure;       /* take any certificate */
     bool wants_world;    /* also ask for /world.json */
     size_t memory_bytes; /* of pictures and models, at most; 4 MiB … 1 TiB */
-    bool no_models;      /* nothing is drawn here but pictures */
+    bool no_models;      /* nothing is drawn here but pictures, and: */
+    uint32_t particles;  /* that are drawn here for a frame, at most; 0 … 2^20 */
     vd_wire_settings settings;
     void (*wake)(void *user); /* something new came; called by the client's thread; null: nobody */
     void *wake_user;
 } vd_client_def;
 
-/* 64 MiB; impostors, 1 pixel, every codec, no limit. */
+/* 64 MiB; 2^19 particles; impostors, 1 pixel, every codec, no limit. */
 VD_API vd_client_def vd_client_def_default(void);
 
 typedef struct vd_client vd_client;
@@ -75,7 +76,7 @@ VD_API void vd_client_cut(vd_client *client);
 
 typedef struct vd_client_shown {
     int quads;
-    int models;  /* drawn here */
+    int models;  /* drawn here, and bricks of particles */
     bool screen; /* a whole screen stands in for them */
     bool exact;  /* and is the very picture of this camera, without loss */
 } vd_client_shown;

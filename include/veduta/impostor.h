@@ -93,15 +93,16 @@ typedef struct vd_impostor_def {
     double rest_s; /* how long the camera must rest before it settles */
     const vd_impostors *like; /* another set of the same world and renderer, that outlives this one:
                                  the tree of the ground is made once; null: none */
-    size_t placed_bytes;      /* `ship`: of models that the client draws itself, and of where they
-                                 stand, at most; 0: it draws none */
-    uint64_t placed_triangles; /* of these, in an order, at most */
+    size_t placed_bytes; /* `ship`: of models that the client draws itself, of where they stand, and
+                            of bricks, at most; 0: it draws none */
+    uint64_t placed_triangles; /* of models, in an order, at most; 0: none of them */
+    uint64_t placed_particles; /* of bricks, likewise */
     uint32_t first_version;    /* `ship`: of pictures; another one for every set tells them apart */
     vd_impostor_pool *pool;    /* that pictures are shared through; outlives the set; null: none */
 } vd_impostor_def;
 
 /* 1 pixel, 5 ms, 256 MiB, no fading, 60 Hz, 2 m/s, 4 pictures, 192 pixels, 4 samples and 1,
- * 64 direct; it settles. */
+ * 64 direct, 100,000 triangles and no particles; it settles. */
 VD_API vd_impostor_def vd_impostor_def_default(void);
 
 typedef struct vd_impostor_stats {
@@ -205,11 +206,14 @@ VD_API const vd_frame *vd_impostors_still(const vd_impostors *impostors);
  *
  * With `placed_bytes` models that would be drawn itself, and of which the ground and what else is
  * in front hides next to nothing, are not in that picture: the client gets each model once, and
- * where instances of it stand, to be drawn over the picture in front (placed.h). */
+ * where instances of it stand, to be drawn over the picture in front (placed.h). So it is with
+ * `placed_particles` and particles, which it gets as bricks: nodes of their file's octree, as fine
+ * as suits the distance. */
 typedef enum vd_impostor_item_kind {
     VD_IMPOSTOR_PICTURE = 0,
     VD_IMPOSTOR_MODEL,
     VD_IMPOSTOR_INSTANCE,
+    VD_IMPOSTOR_BRICK,
     VD_IMPOSTOR_ITEM_KIND_COUNT
 } vd_impostor_item_kind;
 
@@ -221,11 +225,13 @@ typedef struct vd_impostor_item {
     const vd_model *model; /* VD_IMPOSTOR_MODEL: the world's */
     uint64_t model_id;     /* VD_IMPOSTOR_INSTANCE: the model's id, and where it stands */
     vd_place place;
-    uint64_t id;             /* of the object; of others its first byte is 252 … 255 */
-    uint32_t version;        /* grows with every item of a set */
-    uint64_t shared;         /* number of its pixels in the pool: equal numbers, equal pixels; 0:
-                                it has none */
-    vd_vec3 corners[4];      /* VD_IMPOSTOR_PICTURE: as vd_quad_place takes them */
+    const uint8_t *block; /* VD_IMPOSTOR_BRICK: a block (brick_block.h), borrowed as `picture`; */
+    size_t block_bytes;   /* its numbers begin at place.origin */
+    uint64_t id;          /* of the object; of others its first byte is 251 … 255 */
+    uint32_t version;     /* grows with every item of a set */
+    uint64_t shared;      /* number of its pixels in the pool: equal numbers, equal pixels; 0:
+                             it has none */
+    vd_vec3 corners[4];   /* VD_IMPOSTOR_PICTURE: as vd_quad_place takes them */
     vd_quad_picture picture; /* borrowed until the next call, delivering aside */
 } vd_impostor_item;
 

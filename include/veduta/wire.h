@@ -105,6 +105,7 @@ typedef struct vd_wire_hello {
     const char *name;
     vd_wire_ids held;              /* client: ascending */
     const uint32_t *held_versions; /* [held.count] */
+    uint32_t particles; /* client: of bricks, that it draws for a frame; the server says 0 */
 } vd_wire_hello;
 
 typedef struct vd_wire_camera {
@@ -144,7 +145,7 @@ typedef struct vd_wire_geometry {
     uint32_t version;
     vd_wire_geometry_kind kind;
     vd_vec3 origin;
-    vd_wire_bytes block; /* VD_WIRE_MODEL: vd_model_pack's */
+    vd_wire_bytes block; /* VD_WIRE_MODEL: vd_model_pack's; VD_WIRE_BRICK: brick_block.h */
 } vd_wire_geometry;
 
 /* A model that the client draws, placed. */

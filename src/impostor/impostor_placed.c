@@ -6,24 +6,23 @@
  *
  * The client has no ground and no shadows. So an instance is chosen only where next to nothing of
  * it is hidden by what is in front of it; it brings the plane of the ground that it stands on, and
- * its share of the sun. A model goes over once, with the first of its instances.
+ * its share of the sun. A model goes over once, with the first of its instances. Particles are
+ * chosen in the same way, in impostor_bricks.c.
  */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include "core/core.h"
 #include "impostor/impostor_set.h"
 
+/* Models above that are left in the picture in front. */
+#define MOST_MODEL_BYTES ((size_t)4 << 20)
+
+/* Instances of an order. */
 #define MOST_CHOSEN 512
 
-/* Models above that are left in the picture in front, and so many bytes of new ones a turn are
- * enough: each holds up what comes after it. */
-#define MOST_MODEL_BYTES ((size_t)4 << 20)
-#define TURN_BYTES ((size_t)256 << 10)
-
-/* Vertices that are looked at, and the share of them that may be hidden. */
+/* Vertices that are looked at. */
 #define VERTICES 96
-#define MOST_HIDDEN 0.04
-#define NEARER 1.02f
 
 /* What was left is not looked at again before the eye has moved by this share of the distance. */
 #define MOVED 0.1
@@ -51,10 +50,16 @@ static bool model_of(const vd_impostors *set, uint32_t node, uint32_t *number) {
            model->bytes <= set->def.placed_bytes / 2;
 }
 
+static bool draws_models(const vd_impostors *set) {
+    return set->def.placed_bytes > 0 && set->def.placed_triangles > 0 &&
+           set->world->def.terrain.shading;
+}
+
 bool vd_impostors_may_place(const vd_impostors *set, uint32_t node) {
     uint32_t number;
-    if (set->def.placed_bytes == 0 || !set->world->def.terrain.shading ||
-        !model_of(set, node, &number)) {
+    const bool cloud = set->def.placed_bytes > 0 && set->def.placed_particles > 0 &&
+                       set->world->nodes[node].kind == VD_OBJECT_PARTICLES;
+    if (!cloud && (!draws_models(set) || !model_of(set, node, &number))) {
         return false;
     }
     const uint32_t stand = set->placing.stand_of != NULL ? set->placing.stand_of[node] : 0;
@@ -186,7 +191,7 @@ static void place_stand(vd_impostors *set, const vd_impostor_view *view, vd_impo
 
 /* ---- choosing ---------------------------------------------------------------------------------*/
 
-static vd_status begin(vd_impostors *set) {
+vd_status vd_impostors_begin_placing(vd_impostors *set) {
     vd_impostor_placing *p = &set->placing;
     const size_t models = vd_world_asset_count(set->world), nodes = set->world->node_count;
     if (p->models == NULL) {
@@ -200,32 +205,35 @@ static vd_status begin(vd_impostors *set) {
                : vd_out_of_memory("what a client draws", nodes * sizeof *p->stand_of);
 }
 
-/* Finds or makes the stand of a node; null when memory is out. */
-static vd_impostor_stand *stand_of(vd_impostors *set, const vd_impostor_view *view, uint32_t node) {
+vd_impostor_stand *vd_impostor_stand_of(vd_impostors *set, uint32_t node, bool *made) {
     vd_impostor_placing *p = &set->placing;
-    if (p->stand_of[node] == 0) {
-        vd_impostor_stand *made = vd_list_add(set->context, &p->stands, 1, sizeof *made);
-        if (made == NULL) {
+    *made = p->stand_of[node] == 0;
+    if (*made) {
+        vd_impostor_stand *to = vd_list_add(set->context, &p->stands, 1, sizeof *to);
+        if (to == NULL) {
             return NULL;
         }
-        *made = (vd_impostor_stand){.node = node};
-        place_stand(set, view, made);
+        *to = (vd_impostor_stand){.node = node};
         p->stand_of[node] = (uint32_t)p->stands.count;
     }
     return vd_impostor_stand_at(set, p->stand_of[node] - 1);
 }
 
-/* Whether an object's picture that is nearer may cover some of a node. Balls around both are
- * compared. */
-static bool is_behind_picture(const vd_impostors *set, const vd_impostor_view *view,
-                              const vd_node *node, double distance) {
+/* Balls around both are compared. */
+bool vd_impostor_is_behind_picture(const vd_impostors *set, const vd_impostor_view *view,
+                                   const vd_node *node, double distance) {
     const uint32_t *shown = set->shown.data;
     const vd_vec3 eye = view->camera.eye;
     const vd_vec3 a = vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(node->min, node->max), 0.5), eye);
     const double a_radius = 0.5 * vd_vec3_length(vd_vec3_subtract(node->max, node->min));
     for (size_t i = 0; i < set->shown.count; i++) {
         vd_vec3 min, max;
-        vd_impostor_bounds(set, view, vd_impostor_slot_at(set, shown[i])->node, &min, &max);
+        const uint32_t other = vd_impostor_slot_at(set, shown[i])->node;
+        if (!vd_impostor_is_patch(set, other) && set->world->nodes[other].loose &&
+            !set->world->nodes[other].grounded && node->loose) {
+            continue;
+        }
+        vd_impostor_bounds(set, view, other, &min, &max);
         const vd_vec3 b = vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), eye);
         const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
         const double away = vd_vec3_length(b);
@@ -239,13 +247,12 @@ static bool is_behind_picture(const vd_impostors *set, const vd_impostor_view *v
     return false;
 }
 
-/* Leaves a stand to the picture in front until the eye has moved. */
-static void leave(vd_impostor_stand *stand, vd_vec3 eye) {
+void vd_impostor_leave(vd_impostor_stand *stand, vd_vec3 eye) {
     stand->left = true;
     stand->left_from = eye;
 }
 
-static bool was_left(vd_impostor_stand *stand, vd_vec3 eye) {
+bool vd_impostor_was_left(vd_impostor_stand *stand, vd_vec3 eye) {
     const double moved = vd_vec3_length(vd_vec3_subtract(eye, stand->left_from));
     stand->left = stand->left && moved < MOVED * stand->distance;
     return stand->left;
@@ -273,36 +280,31 @@ static void give_up_unused(vd_impostors *set) {
             give_up_model(set, i);
         }
     }
+    vd_impostors_give_up_bricks(set);
 }
 
-typedef struct choosing {
-    const vd_impostor_view *view;
-    uint64_t triangles;
-    size_t bytes;      /* that the client has with what was chosen so far */
-    size_t new_models; /* bytes of models that it has not */
-    bool full;
-} choosing;
-
 /* Whether a stand fits with what was chosen before it; what does not fit later either is left. */
-static bool fits(vd_impostors *set, choosing *c, vd_impostor_stand *stand, uint32_t number) {
+static bool fits(vd_impostors *set, vd_vec3 eye, vd_impostor_spent *spent, vd_impostor_stand *stand,
+                 uint32_t number) {
     vd_impostor_model *model = &set->placing.models[number];
     const bool fresh = !model->delivered && model->used != set->update;
     const size_t bytes =
         (stand->delivered ? 0 : VD_IMPOSTOR_INSTANCE_BYTES) + (fresh ? model->bytes : 0);
-    const uint64_t triangles = c->triangles + set->world->assets[number].triangles;
+    const uint64_t triangles = spent->triangles + set->world->assets[number].triangles;
     const bool late =
-        fresh && (model->gone || (c->new_models > 0 && c->new_models + model->bytes > TURN_BYTES));
-    const bool full = c->bytes + bytes > set->def.placed_bytes;
-    c->full = c->full || full;
+        fresh &&
+        (model->gone || (spent->fresh > 0 && spent->fresh + model->bytes > VD_IMPOSTOR_TURN_BYTES));
+    const bool full = spent->bytes + bytes > set->def.placed_bytes;
+    spent->full = spent->full || full;
     if (full || triangles > set->def.placed_triangles) {
-        leave(stand, c->view->camera.eye);
+        vd_impostor_leave(stand, eye);
     }
     if (late || stand->gone || stand->left) {
         return false;
     }
-    c->triangles = triangles;
-    c->bytes += bytes;
-    c->new_models += fresh ? model->bytes : 0;
+    spent->triangles = triangles;
+    spent->bytes += bytes;
+    spent->fresh += fresh ? model->bytes : 0;
     model->used = set->update;
     return true;
 }
@@ -314,13 +316,12 @@ static int compare_ranks(const void *a, const void *b) {
                : (x->slot > y->slot) - (x->slot < y->slot);
 }
 
-/* Ranks what of `direct` is an instance of a model, nearest first; `slot` is the node. */
-static vd_status rank(vd_impostors *set, const vd_impostor_view *view, vd_list *ranks) {
+vd_status vd_impostors_rank_placed(const vd_impostors *set, const vd_impostor_view *view,
+                                   vd_object_kind kind, vd_list *ranks) {
     const uint32_t *direct = set->direct.data;
     for (size_t i = 0; i < set->direct.count; i++) {
-        uint32_t number;
         const vd_node *node = &set->world->nodes[direct[i]];
-        if (!model_of(set, direct[i], &number)) {
+        if (node->kind != kind) {
             continue;
         }
         vd_impostor_rank *to = vd_list_add(set->context, ranks, 1, sizeof *to);
@@ -337,26 +338,33 @@ static vd_status rank(vd_impostors *set, const vd_impostor_view *view, vd_list *
     return vd_success();
 }
 
-static vd_status choose(vd_impostors *set, choosing *c, const vd_impostor_rank *rank) {
+static vd_status choose(vd_impostors *set, const vd_impostor_view *view, vd_impostor_spent *spent,
+                        const vd_impostor_rank *rank) {
     vd_impostor_placing *p = &set->placing;
     const uint32_t node = rank->slot;
     uint32_t number = 0;
-    (void)model_of(set, node, &number);
-    vd_impostor_stand *stand = stand_of(set, c->view, node);
+    bool made = false;
+    if (!model_of(set, node, &number)) {
+        return vd_success();
+    }
+    vd_impostor_stand *stand = vd_impostor_stand_of(set, node, &made);
     if (stand == NULL) {
         return vd_out_of_memory("what a client draws", sizeof *stand);
     }
+    if (made) {
+        place_stand(set, view, stand);
+    }
     stand->distance = sqrt(rank->distance2);
-    const vd_vec3 eye = c->view->camera.eye;
-    if (was_left(stand, eye)) {
+    const vd_vec3 eye = view->camera.eye;
+    if (vd_impostor_was_left(stand, eye)) {
         return vd_success();
     }
     if (p->chosen.count >= MOST_CHOSEN ||
-        is_behind_picture(set, c->view, &set->world->nodes[node], stand->distance)) {
-        leave(stand, eye);
+        vd_impostor_is_behind_picture(set, view, &set->world->nodes[node], stand->distance)) {
+        vd_impostor_leave(stand, eye);
         return vd_success();
     }
-    if (!fits(set, c, stand, number)) {
+    if (!fits(set, eye, spent, stand, number)) {
         return vd_success();
     }
     uint32_t *to = vd_list_add(set->context, &p->chosen, 1, sizeof *to);
@@ -382,28 +390,54 @@ static void take_out(vd_impostors *set) {
     set->direct.count = kept;
 }
 
+static vd_status choose_models(vd_impostors *set, const vd_impostor_view *view,
+                               vd_impostor_spent *spent) {
+    vd_list ranks = {.data = NULL};
+    vd_status status = vd_impostors_rank_placed(set, view, VD_OBJECT_INSTANCE, &ranks);
+    for (size_t i = 0; i < ranks.count && status.code == VD_OK; i++) {
+        status = choose(set, view, spent, (const vd_impostor_rank *)ranks.data + i);
+    }
+    vd_release(set->context, ranks.data);
+    return status;
+}
+
+static vd_status keep_direct(vd_impostors *set) {
+    vd_list *before = &set->placing.before;
+    const size_t count = set->direct.count;
+    before->count = 0;
+    uint32_t *to = count > 0 ? vd_list_add(set->context, before, count, sizeof *to) : NULL;
+    if (count > 0 && to == NULL) {
+        return vd_out_of_memory("what a client draws", count * sizeof *to);
+    }
+    if (count > 0) {
+        memcpy(to, set->direct.data, count * sizeof *to);
+    }
+    return vd_success();
+}
+
 vd_status vd_impostors_choose_placed(vd_impostors *set, const vd_impostor_view *view) {
     vd_impostor_placing *p = &set->placing;
-    vd_list ranks = {.data = NULL};
-    choosing c = {.view = view, .bytes = p->bytes};
-    if (set->def.placed_bytes == 0 || !set->world->def.terrain.shading) {
+    vd_impostor_spent spent = {.bytes = p->bytes};
+    if (set->def.placed_bytes == 0) {
         return vd_success();
     }
-    vd_status status = begin(set);
+    vd_status status = vd_impostors_begin_placing(set);
+    if (status.code == VD_OK) {
+        status = keep_direct(set);
+    }
     for (uint32_t i = 0; i < p->stands.count; i++) {
         vd_impostor_stand_at(set, i)->chosen = false;
     }
     p->chosen.count = 0;
+    if (status.code == VD_OK && draws_models(set)) {
+        status = choose_models(set, view, &spent);
+    }
     if (status.code == VD_OK) {
-        status = rank(set, view, &ranks);
+        status = vd_impostors_choose_bricks(set, view, &spent);
     }
-    for (size_t i = 0; i < ranks.count && status.code == VD_OK; i++) {
-        status = choose(set, &c, (const vd_impostor_rank *)ranks.data + i);
-    }
-    vd_release(set->context, ranks.data);
     if (status.code == VD_OK) {
         take_out(set);
-        if (c.full) {
+        if (spent.full) {
             give_up_unused(set);
         }
     }
@@ -412,7 +446,18 @@ vd_status vd_impostors_choose_placed(vd_impostors *set, const vd_impostor_view *
 
 /* ---- what is hidden ---------------------------------------------------------------------------*/
 
-/* Whether more than a little of a stand is hidden by what a frame shows. */
+void vd_impostor_count_hidden(const vd_camera *camera, const vd_frame *front, vd_vec3 at, int *seen,
+                              int *hidden) {
+    double x, y, z;
+    if (vd_camera_project(camera, at, &x, &y, &z) && x >= 0.0 && x < front->width && y >= 0.0 &&
+        y < front->height) {
+        const size_t pixel = (size_t)y * front->stride + (size_t)x;
+        (*seen)++;
+        *hidden += front->depth[pixel] > VD_IMPOSTOR_NEARER * (float)(camera->near_m / z) ? 1 : 0;
+    }
+}
+
+/* Whether more than a little of an instance is hidden by what a frame shows. */
 static bool is_hidden(const vd_impostors *set, const vd_impostor_stand *stand,
                       const vd_camera *camera, const vd_frame *front) {
     const vd_instance *instance = (const vd_instance *)entry_of(set, stand->node)->object;
@@ -423,44 +468,39 @@ static bool is_hidden(const vd_impostors *set, const vd_impostor_stand *stand,
     int seen = 0, hidden = 0;
     for (uint32_t i = 0; i < s.mesh->vertex_count; i += s.step) {
         const vd_vec3 at = vertex_at(&s, i);
-        double x, y, z;
         if (stand->place.has_ground &&
             at.z - origin.z < (double)ground[0] + (double)ground[1] * (at.x - origin.x) +
                                   (double)ground[2] * (at.y - origin.y)) {
             continue;
         }
-        if (!vd_camera_project(camera, at, &x, &y, &z) || !(x >= 0.0 && x < front->width) ||
-            !(y >= 0.0 && y < front->height)) {
-            continue;
-        }
-        const size_t pixel = (size_t)y * front->stride + (size_t)x;
-        seen++;
-        hidden += front->depth[pixel] > NEARER * (float)(camera->near_m / z) ? 1 : 0;
+        vd_impostor_count_hidden(camera, front, at, &seen, &hidden);
     }
-    return hidden > MOST_HIDDEN * seen;
+    return hidden > VD_IMPOSTOR_MOST_HIDDEN * seen;
 }
 
-vd_status vd_impostors_hide_placed(vd_impostors *set, const vd_camera *camera,
-                                   const vd_frame *front, bool *any) {
-    vd_impostor_placing *p = &set->placing;
-    uint32_t *chosen = p->chosen.data;
-    size_t kept = 0;
-    *any = false;
-    for (size_t i = 0; i < p->chosen.count; i++) {
+/* Leaves those of a list that are hidden. */
+static bool hide(vd_impostors *set, const vd_list *list, const vd_camera *camera,
+                 const vd_frame *front) {
+    const uint32_t *chosen = list->data;
+    bool any = false;
+    for (size_t i = 0; i < list->count; i++) {
         vd_impostor_stand *stand = vd_impostor_stand_at(set, chosen[i]);
-        if (!is_hidden(set, stand, camera, front)) {
-            chosen[kept++] = chosen[i];
-            continue;
+        if ((list == &set->placing.clouds ? vd_impostor_cloud_is_hidden
+                                          : is_hidden)(set, stand, camera, front)) {
+            vd_impostor_leave(stand, camera->eye);
+            any = true;
         }
-        uint32_t *to = vd_list_add(set->context, &set->direct, 1, sizeof *to);
-        if (to == NULL) {
-            return vd_out_of_memory("what is drawn itself", sizeof *to);
-        }
-        *to = stand->node;
-        leave(stand, camera->eye);
-        stand->chosen = false;
-        *any = true;
     }
-    p->chosen.count = kept;
-    return vd_success();
+    return any;
+}
+
+bool vd_impostors_hide_placed(vd_impostors *set, const vd_camera *camera, const vd_frame *front) {
+    const bool models = hide(set, &set->placing.chosen, camera, front);
+    return hide(set, &set->placing.clouds, camera, front) || models;
+}
+
+void vd_impostors_unchoose_placed(vd_impostors *set) {
+    const vd_list *before = &set->placing.before;
+    memcpy(set->direct.data, before->data, before->count * sizeof(uint32_t));
+    set->direct.count = before->count;
 }

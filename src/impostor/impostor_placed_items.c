@@ -1,4 +1,6 @@
-/* impostor_placed_items.c: models and their instances as a client gets, holds and loses them. */
+/* impostor_placed_items.c: models, their instances and bricks as a client gets, holds and loses
+ * them.
+ */
 #include <stdlib.h>
 #include "core/core.h"
 #include "impostor/impostor_set.h"
@@ -50,7 +52,7 @@ vd_status vd_impostors_list_placed(vd_impostors *set) {
                                          .version = stand->version});
         }
     }
-    return status;
+    return status.code == VD_OK ? vd_impostors_list_bricks(set) : status;
 }
 
 vd_status vd_impostors_order_placed(vd_impostors *set) {
@@ -63,7 +65,7 @@ vd_status vd_impostors_order_placed(vd_impostors *set) {
             status = vd_impostors_add_id(set, STAND_IDS | stand->node);
         }
     }
-    return status;
+    return status.code == VD_OK ? vd_impostors_order_bricks(set) : status;
 }
 
 vd_status vd_impostors_gone_placed(vd_impostors *set) {
@@ -86,7 +88,7 @@ vd_status vd_impostors_gone_placed(vd_impostors *set) {
             status = vd_impostors_add_id(set, MODEL_IDS | (i + 1));
         }
     }
-    return status;
+    return status.code == VD_OK ? vd_impostors_gone_bricks(set) : status;
 }
 
 /* ---- what the client has ----------------------------------------------------------------------*/
@@ -118,6 +120,11 @@ void vd_impostors_deliver_placed(vd_impostors *set, uint64_t id, uint32_t versio
         stand->delivered = true;
         set->placing.bytes += VD_IMPOSTOR_INSTANCE_BYTES;
     }
+    vd_impostor_brick *brick = vd_impostor_find_brick(set, id);
+    if (brick != NULL && !brick->delivered && brick->version == version) {
+        brick->delivered = true;
+        set->placing.bytes += brick->bytes;
+    }
 }
 
 void vd_impostors_lose_placed(vd_impostors *set, uint64_t id) {
@@ -131,13 +138,21 @@ void vd_impostors_lose_placed(vd_impostors *set, uint64_t id) {
         stand->delivered = false;
         set->placing.bytes -= VD_IMPOSTOR_INSTANCE_BYTES;
     }
+    vd_impostor_brick *brick = vd_impostor_find_brick(set, id);
+    if (brick != NULL && brick->delivered) {
+        brick->delivered = false;
+        brick->refused = true;
+        set->placing.bytes -= brick->bytes;
+    }
 }
 
 bool vd_impostors_holds_placed(const vd_impostors *set, uint64_t id, uint32_t version) {
     const vd_impostor_model *model = find_model(set, id);
     const vd_impostor_stand *stand = find_stand(set, id);
+    const vd_impostor_brick *brick = vd_impostor_find_brick(set, id);
     return (model != NULL && model->delivered && model->version == version) ||
-           (stand != NULL && stand->delivered && stand->version == version);
+           (stand != NULL && stand->delivered && stand->version == version) ||
+           (brick != NULL && brick->delivered && brick->version == version);
 }
 
 static bool is_held(const vd_impostors *set, uint64_t id, const uint64_t *ids,
@@ -163,6 +178,13 @@ void vd_impostors_resume_placed(vd_impostors *set, const uint64_t *ids, const ui
             vd_impostors_lose_placed(set, id);
         }
     }
+    for (uint32_t i = 0; i < p->bricks.count; i++) {
+        vd_impostor_brick *brick = vd_impostor_brick_at(set, i);
+        if (!is_held(set, vd_impostor_brick_id(brick), ids, versions, count)) {
+            vd_impostors_lose_placed(set, vd_impostor_brick_id(brick));
+        }
+        brick->refused = false;
+    }
 }
 
 void vd_impostors_release_placed(vd_impostors *set) {
@@ -171,5 +193,7 @@ void vd_impostors_release_placed(vd_impostors *set) {
     vd_release(set->context, p->stand_of);
     vd_release(set->context, p->stands.data);
     vd_release(set->context, p->chosen.data);
+    vd_release(set->context, p->before.data);
+    vd_impostors_release_bricks(set);
     *p = (vd_impostor_placing){.bytes = 0};
 }

@@ -41,10 +41,12 @@ typedef struct vd_impostor_picture {
 
 typedef struct vd_impostor_slot {
     uint32_t node;
-    bool split;       /* its children were shown last */
-    bool empty;       /* its picture shows nothing: nothing is shown */
-    bool coming;      /* a picture of it is on the link */
-    bool delivered;   /* the client of `ship` has one */
+    bool split;     /* its children were shown last */
+    bool empty;     /* its picture shows nothing: nothing is shown */
+    bool coming;    /* a picture of it is on the link */
+    bool delivered; /* the client of `ship` has one */
+    bool covered;   /* something of the picture in front hides some of it; as found now: */
+    bool covered_next;
     bool changed;     /* what is on it has, since it was made */
     bool restless;    /* again and again */
     uint64_t changes; /* number of the update after which it changed last */
@@ -136,22 +138,47 @@ typedef struct vd_impostor_model {
     uint64_t used; /* number of the last update that chose an instance */
 } vd_impostor_model;
 
-/* An instance that a client draws, drew or could draw. */
+/* An instance, or an object of particles, that a client draws, drew or could draw. */
 typedef struct vd_impostor_stand {
     uint32_t node, version;
     double distance; /* metres, when it was last looked at */
     bool chosen, delivered, gone;
     bool left; /* something hid it, or it did not fit, seen from: */
     vd_vec3 left_from;
-    vd_place place;
+    vd_place place;     /* of an instance, which is delivered itself; particles are as bricks */
+    uint64_t chosen_at; /* number of the last update that chose it; of particles */
 } vd_impostor_stand;
+
+/* A node of a brick file, as a client has it. */
+typedef struct vd_impostor_brick {
+    uint32_t asset, node, version;
+    size_t bytes; /* packed, about until it was */
+    bool delivered, gone;
+    bool refused;  /* it is damaged, or the client did not keep it */
+    uint64_t used; /* number of the last update that had use for it */
+} vd_impostor_brick;
+
+/* A brick file, as a client has it. */
+typedef struct vd_impostor_file {
+    uint32_t *parents;  /* [node_count] of each node; null: nothing of the file was asked for */
+    uint32_t *brick_of; /* [node_count]: brick + 1; 0: none */
+    uint8_t *marks;     /* [node_count]: see impostor_bricks.c; zeros between choices */
+    uint8_t *whole;     /* [node_count]: children that are whole, or not in sight; zeros */
+} vd_impostor_file;
 
 /* See impostor_placed.c. */
 typedef struct vd_impostor_placing {
     vd_impostor_model *models; /* [assets]; null until something is chosen */
     uint32_t *stand_of;        /* [world->node_count]: stand + 1; 0: none */
     vd_list stands;            /* vd_impostor_stand */
-    vd_list chosen;            /* uint32_t stands, the nearest first */
+    vd_list before;            /* `direct` before any was chosen */
+    vd_list chosen;            /* uint32_t stands of instances, the nearest first */
+    vd_list clouds;            /* the same of particles */
+    vd_impostor_file *files;   /* [assets]; null until particles are asked for */
+    vd_list bricks;            /* vd_impostor_brick */
+    vd_list cut;               /* uint32_t bricks of the clouds, back to front */
+    vd_list sent;              /* uint32_t bricks that go in this turn */
+    vd_buffer blocks;          /* of these */
     size_t bytes;              /* of what the client has */
 } vd_impostor_placing;
 
@@ -277,8 +304,8 @@ void vd_impostor_corners(const vd_impostor_picture *picture, vd_vec3 out[4]);
 bool vd_impostors_shown_in_front(const vd_impostors *set);
 
 /* Draws what is not on patches, over transparent black: ground that is near, what is drawn itself,
- * object pictures if they are told by depth, names and particles; nothing of the overlay. The frame
- * must have depth. */
+ * object pictures if they are told by depth and not shown apart, names and particles; nothing of
+ * the overlay. The frame must have depth. */
 VD_MUST_USE vd_status vd_impostors_draw_alone(vd_impostors *set, vd_job *job,
                                               const vd_camera *camera, vd_frame *frame);
 
@@ -296,6 +323,22 @@ static inline uint32_t vd_impostor_patch(const vd_impostors *set, uint32_t node)
 
 static inline vd_impostor_stand *vd_impostor_stand_at(const vd_impostors *set, uint32_t index) {
     return (vd_impostor_stand *)set->placing.stands.data + index;
+}
+
+/* The object of a node of particles. */
+static inline const vd_cloud *vd_impostor_cloud(const vd_impostors *set, uint32_t node) {
+    return (const vd_cloud *)set->world->entries[set->world->nodes[node].entry].object;
+}
+
+/* Whether a client shows a slot's picture over the one in front: of particles alone, of which
+ * nothing of that hides any. */
+static inline bool vd_impostor_is_apart(const vd_impostors *set, const vd_impostor_slot *slot) {
+    const vd_node *node = &set->world->nodes[slot->node];
+    return node->loose && !node->grounded && !node->names && !slot->covered;
+}
+
+static inline vd_impostor_brick *vd_impostor_brick_at(const vd_impostors *set, uint32_t index) {
+    return (vd_impostor_brick *)set->placing.bricks.data + index;
 }
 
 static inline vd_impostor_slot *vd_impostor_slot_at(const vd_impostors *set, uint32_t slot) {
@@ -488,13 +531,78 @@ bool vd_impostors_link_is_full(const vd_impostors *set);
 /* Whether a node is one that the client may come to draw. */
 bool vd_impostors_may_place(const vd_impostors *set, uint32_t node);
 
+/* So many bytes of new models and bricks a turn are enough: each holds up what comes after it. */
+#define VD_IMPOSTOR_TURN_BYTES ((size_t)256 << 10)
+
+/* What a turn's choice has spent. */
+typedef struct vd_impostor_spent {
+    uint64_t triangles, particles;
+    size_t bytes; /* that the client has with what was chosen so far */
+    size_t fresh; /* of these, models and bricks that it has not */
+    bool full;
+} vd_impostor_spent;
+
+/* Finds or makes the stand of a node; null when memory is out. Makes room for stands first. */
+VD_MUST_USE vd_status vd_impostors_begin_placing(vd_impostors *set);
+vd_impostor_stand *vd_impostor_stand_of(vd_impostors *set, uint32_t node, bool *made);
+
+/* Ranks what of `direct` is of a kind, nearest first; `slot` is the node. Returns VD_ERROR_MEMORY.
+ */
+VD_MUST_USE vd_status vd_impostors_rank_placed(const vd_impostors *set,
+                                               const vd_impostor_view *view, vd_object_kind kind,
+                                               vd_list *ranks);
+
+/* Leaves a stand to the picture in front until the eye has moved; whether it was and has not. */
+void vd_impostor_leave(vd_impostor_stand *stand, vd_vec3 eye);
+bool vd_impostor_was_left(vd_impostor_stand *stand, vd_vec3 eye);
+
+/* Whether an object's picture that is nearer may cover some of a node; those of particles, which
+ * come last, do not. */
+bool vd_impostor_is_behind_picture(const vd_impostors *set, const vd_impostor_view *view,
+                                   const vd_node *node, double distance);
+
+/* Share of a stand's places that may be hidden, and how much nearer what hides them is. */
+#define VD_IMPOSTOR_MOST_HIDDEN 0.04
+#define VD_IMPOSTOR_NEARER 1.02f
+
+/* Counts a place if a frame shows where it is, and whether it is hidden there. */
+void vd_impostor_count_hidden(const vd_camera *camera, const vd_frame *front, vd_vec3 at, int *seen,
+                              int *hidden);
+
+/* ---- impostor_bricks.c: particles among what a client draws itself ---- */
+
+/* As the functions of the same names beside `placed`, which call these. */
+VD_MUST_USE vd_status vd_impostors_choose_bricks(vd_impostors *set, const vd_impostor_view *view,
+                                                 vd_impostor_spent *spent);
+
+/* ---- impostor_brick_items.c ---- */
+
+/* Makes a file's tables, unless they are there. Returns VD_ERROR_MEMORY. */
+VD_MUST_USE vd_status vd_impostors_open_file(vd_impostors *set, uint32_t asset);
+
+/* Finds or makes the brick of a node of an open file; its number + 1, 0 when memory is out. */
+uint32_t vd_impostor_brick_of(vd_impostors *set, uint32_t asset, uint32_t node);
+bool vd_impostor_cloud_is_hidden(const vd_impostors *set, const vd_impostor_stand *stand,
+                                 const vd_camera *camera, const vd_frame *front);
+void vd_impostors_give_up_bricks(vd_impostors *set);
+VD_MUST_USE vd_status vd_impostors_list_bricks(vd_impostors *set);
+VD_MUST_USE vd_status vd_impostors_order_bricks(vd_impostors *set);
+VD_MUST_USE vd_status vd_impostors_gone_bricks(vd_impostors *set);
+vd_impostor_brick *vd_impostor_find_brick(const vd_impostors *set, uint64_t id);
+uint64_t vd_impostor_brick_id(const vd_impostor_brick *brick);
+void vd_impostors_release_bricks(vd_impostors *set);
+
+/* ---- impostor_placed.c, again ---- */
+
 /* Takes what is to be drawn by the client out of `direct`. Returns VD_ERROR_MEMORY. */
 VD_MUST_USE vd_status vd_impostors_choose_placed(vd_impostors *set, const vd_impostor_view *view);
 
-/* Puts those back that are hidden by something of a picture in front that was drawn without them;
- * `any` tells whether some were. Returns VD_ERROR_MEMORY. */
-VD_MUST_USE vd_status vd_impostors_hide_placed(vd_impostors *set, const vd_camera *camera,
-                                               const vd_frame *front, bool *any);
+/* Leaves those that are hidden by something of a picture in front that was drawn without them.
+ * Returns whether some were: then it is to be chosen anew, after vd_impostors_unchoose_placed. */
+bool vd_impostors_hide_placed(vd_impostors *set, const vd_camera *camera, const vd_frame *front);
+
+/* Puts all that was chosen back into `direct`. */
+void vd_impostors_unchoose_placed(vd_impostors *set);
 
 /* Adds what has to be delivered to the items, chosen instances to the ids, farthest first, and what
  * was given up to the ids. Return VD_ERROR_MEMORY. */

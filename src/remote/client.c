@@ -16,6 +16,7 @@ const char *vd_client_state_name(vd_client_state state) {
 
 vd_client_def vd_client_def_default(void) {
     return (vd_client_def){.memory_bytes = (size_t)64 << 20,
+                           .particles = 1u << 19,
                            .settings = {.mode = VD_WIRE_MODE_IMPOSTORS, .tolerance_px = 1.0f}};
 }
 
@@ -401,6 +402,7 @@ vd_status vd_client_create(vd_context *context, const vd_client_def *def, vd_cli
                                   .name = "veduta view",
                                   .memory_bytes = def->memory_bytes,
                                   .no_models = def->no_models,
+                                  .particles = def->particles,
                                   .settings = def->settings};
     status = vd_mirror_create(context, &mirror, &c->mirror);
     if (status.code == VD_OK) {

@@ -24,6 +24,10 @@ vd_status vd_mirror_create(vd_context *context, const vd_mirror_def *def, vd_mir
                             "memory_bytes is %zu; give 4 MiB to 1 TiB for a client's pictures",
                             def->memory_bytes);
     }
+    if (status.code == VD_OK && def->particles > VD_PLACED_PARTICLES) {
+        status = vd_failure(VD_ERROR_ARGUMENT, "particles is %u; give 0 to %llu", def->particles,
+                            (unsigned long long)VD_PLACED_PARTICLES);
+    }
     if (status.code != VD_OK) {
         return status;
     }
@@ -151,7 +155,8 @@ void vd_mirror_open(vd_mirror *m, double now_s) {
     pthread_mutex_lock(&m->lock);
     const int held = list_held(m);
     const bool looked = m->wanted.width > 0;
-    const unsigned models = m->def.no_models ? 0 : VD_WIRE_MODELS;
+    const unsigned models =
+        (m->def.no_models ? 0 : VD_WIRE_MODELS) | (m->def.particles > 0 ? VD_WIRE_BRICKS : 0);
     const vd_wire_message hello = {.kind = VD_WIRE_HELLO,
                                    .as.hello = {.version = VD_WIRE_VERSION,
                                                 .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS |
@@ -159,6 +164,7 @@ void vd_mirror_open(vd_mirror *m, double now_s) {
                                                                 models,
                                                 .token = m->def.token,
                                                 .memory_bytes = m->def.memory_bytes,
+                                                .particles = m->def.particles,
                                                 .width = looked ? m->wanted.width : USUAL_WIDTH,
                                                 .height = looked ? m->wanted.height : USUAL_HEIGHT,
                                                 .name = m->def.name,

@@ -18,7 +18,8 @@ typedef struct vd_mirror_def {
     const char *token; /* null: none. Borrowed, as name */
     const char *name;  /* for people at the server; null: none */
     size_t memory_bytes;
-    bool no_models; /* nothing is drawn here but pictures */
+    bool no_models;     /* nothing is drawn here but pictures, and: */
+    uint32_t particles; /* that are drawn here for a frame; at most VD_PLACED_PARTICLES */
     vd_wire_settings settings;
 } vd_mirror_def;
 

@@ -67,10 +67,17 @@ static void add_placed(vd_mirror *m, gathered *s, const vd_wire_instance *place)
     if (model == NULL || model->kept == NULL || model->kept->model == NULL || !m->has_light) {
         return;
     }
-    m->placed[s->placed] = (vd_placed){model->kept->model, place->place};
+    m->placed[s->placed] = (vd_placed){.model = model->kept->model, .place = place->place};
     m->behind[s->placed++] = s->quads;
     model->kept->references++;
     m->drawn[s->kept++] = model->kept;
+}
+
+static void add_brick(vd_mirror *m, gathered *s, vd_kept *kept) {
+    m->placed[s->placed] = (vd_placed){.brick = kept->brick};
+    m->behind[s->placed++] = s->quads;
+    kept->references++;
+    m->drawn[s->kept++] = kept;
 }
 
 /* A screen as its camera saw it, from the eye of this one: right where that has turned alone. */
@@ -113,6 +120,8 @@ static gathered gather(vd_mirror *m, const vd_camera *camera, const vd_frame *fr
         const vd_held *held = vd_mirror_find(m, m->order[i]);
         if (held != NULL && held->kept == NULL) {
             add_placed(m, &s, &held->place);
+        } else if (held != NULL && held->kept->brick != NULL) {
+            add_brick(m, &s, held->kept);
         } else if (held != NULL && held->kept->rgba != NULL) { /* models are shown by places */
             add(m, &s, held->kept, held->opaque, held->fixed ? &fixed : camera, held->corners);
         }
@@ -120,7 +129,7 @@ static gathered gather(vd_mirror *m, const vd_camera *camera, const vd_frame *fr
     return s;
 }
 
-/* Draws runs of quads and of models in turn, as the order has them. */
+/* Draws runs of quads and of models and bricks in turn, as the order has them. */
 static vd_status draw_all(vd_mirror *m, vd_job *job, const vd_camera *camera, vd_frame *frame,
                           gathered *s, int *models) {
     const vd_placed_window window = {frame->rgba, frame->width, frame->height, frame->stride};

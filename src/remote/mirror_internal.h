@@ -9,16 +9,17 @@
 /* Cameras that a screen may belong to: at most one is unanswered, so they are few. */
 enum { VD_MIRROR_CAMERAS = 64 };
 
-/* Pixels or a model, shared between what is held and what is being drawn. */
+/* Pixels, a model or a brick, shared between what is held and what is being drawn. */
 typedef struct vd_kept {
     int references; /* lock */
     size_t bytes;   /* that it counts */
     int width, height;
     uint8_t *rgba;   /* [height][width][4]; null: */
-    vd_model *model; /* to be placed by instances */
+    vd_model *model; /* to be placed by instances; null: */
+    vd_brick_block *brick;
 } vd_kept;
 
-/* What the server sent by an id: a picture, a model, or a place of a model. */
+/* What the server sent by an id: a picture, a model, a brick, or a place of a model. */
 typedef struct vd_held {
     uint64_t id;
     uint32_t version;

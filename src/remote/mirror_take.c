@@ -16,6 +16,7 @@ size_t vd_mirror_bytes(const vd_held *held) {
 void vd_mirror_release(vd_mirror *m, vd_kept *kept) {
     if (kept != NULL && --kept->references == 0) {
         vd_model_destroy(&kept->model);
+        vd_brick_block_destroy(&kept->brick);
         vd_release(m->context, kept->rgba);
         vd_release(m->context, kept);
     }

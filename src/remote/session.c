@@ -189,7 +189,7 @@ static void greet(vd_session *s, const vd_wire_hello *hello) {
             .kind = VD_WIRE_HELLO,
             .as.hello = {.version = VD_WIRE_VERSION,
                          .capabilities = VD_CODEC_ALL | VD_WIRE_SCREENS | VD_WIRE_MODELS |
-                                         VD_WIRE_HEIGHTS | VD_WIRE_FIXED,
+                                         VD_WIRE_HEIGHTS | VD_WIRE_FIXED | VD_WIRE_BRICKS,
                          .name = s->def.name}};
         vd_session_say(s, &answer);
     }
@@ -201,7 +201,9 @@ bool vd_session_wants_past(const vd_session *s) {
 
 bool vd_session_takes_past(vd_session *s, vd_session *past) {
     int same = 0;
-    if (((s->hello.capabilities ^ past->hello.capabilities) & VD_WIRE_MODELS) != 0) {
+    const unsigned drawn = VD_WIRE_MODELS | VD_WIRE_BRICKS;
+    if (((s->hello.capabilities ^ past->hello.capabilities) & drawn) != 0 ||
+        s->hello.particles != past->hello.particles) {
         return false; /* it does not draw what it did, or more */
     }
     for (int i = 0; past->set != NULL && i < s->past_count; i++) {

@@ -208,6 +208,17 @@ static void add_instance(vd_session *s, const vd_impostor_item *item, double now
     vd_session_add(s, &message, now_s);
 }
 
+/* The block is the set's until the turn ends. */
+static void add_brick(vd_session *s, const vd_impostor_item *item, double now_s) {
+    vd_wire_message message = {.kind = VD_WIRE_GEOMETRY};
+    message.as.geometry = (vd_wire_geometry){.id = item->id,
+                                             .version = item->version,
+                                             .kind = VD_WIRE_BRICK,
+                                             .origin = item->place.origin,
+                                             .block = {item->block, item->block_bytes}};
+    vd_session_add(s, &message, now_s);
+}
+
 static void add_picture(vd_session *s, const vd_impostor_item *item, bool fixed, double now_s) {
     const vd_quad_picture *p = &item->picture;
     const uint8_t *data = NULL;
@@ -251,6 +262,9 @@ void vd_session_add_item(vd_session *s, const vd_impostor_item *item, double now
         break;
     case VD_IMPOSTOR_INSTANCE:
         add_instance(s, item, now_s);
+        break;
+    case VD_IMPOSTOR_BRICK:
+        add_brick(s, item, now_s);
         break;
     default:
         add_picture(s, item, false, now_s);

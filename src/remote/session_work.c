@@ -15,8 +15,10 @@
 /* A turn that sent nothing, for a camera that stands still, is tried again after: */
 #define IDLE_S 0.04
 
-/* Of a client's memory, the part of models that it draws itself: one over this. */
+/* Of a client's memory, the part of models that it draws itself, and that of these with bricks of
+ * particles: one over this. */
 #define PLACED_SHARE 8
+#define BRICKS_SHARE 4
 
 /* Turned, the view is wider than the screen by this share of it on each side. */
 #define SPARE 0.12
@@ -38,8 +40,14 @@ static bool make_set(vd_session *s) {
                               : s->def.memory_bytes;
     /* Sky and front are beside the pictures of objects. */
     size_t beside = ((size_t)1 << 19) + 7 * (size_t)s->camera.width * (size_t)s->camera.height;
-    if ((s->hello.capabilities & VD_WIRE_MODELS) != 0) {
-        def.placed_bytes = wanted / PLACED_SHARE;
+    const bool models = (s->hello.capabilities & VD_WIRE_MODELS) != 0;
+    def.placed_triangles = models ? def.placed_triangles : 0;
+    def.placed_particles =
+        (s->hello.capabilities & VD_WIRE_BRICKS) != 0 && vd_world_has_particles(s->def.world)
+            ? s->hello.particles
+            : 0;
+    if (models || def.placed_particles > 0) {
+        def.placed_bytes = wanted / (def.placed_particles > 0 ? BRICKS_SHARE : PLACED_SHARE);
         beside += def.placed_bytes;
     }
     beside += vd_session_overlay_bytes(s);

@@ -158,6 +158,7 @@ static vd_status check_hello(vd_wire_side side, const vd_wire_hello *m) {
     THEN(check_text("hello.token", m->token, client ? VD_WIRE_TOKEN_BYTES : 0))
     THEN(check_count("hello.memory_bytes", m->memory_bytes, client ? VD_WIRE_LEAST_MEMORY : 0,
                      client ? VD_WIRE_MOST_MEMORY : 0))
+    THEN(check_count("hello.particles", m->particles, 0, client ? VD_PLACED_PARTICLES : 0))
     THEN(check_number("hello.width", m->width, client ? 1 : 0, most_side))
     THEN(check_number("hello.height", m->height, client ? 1 : 0, most_side))
     THEN(check_text("hello.name", m->name, VD_WIRE_TOKEN_BYTES))

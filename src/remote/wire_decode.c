@@ -35,6 +35,7 @@ static vd_status hello(const Veduta__Wire__Hello *from, vd_wire_hello *m) {
                          .capabilities = from->capabilities,
                          .token = from->token,
                          .memory_bytes = from->memory_bytes,
+                         .particles = from->particles,
                          .width = int_of(from->width),
                          .height = int_of(from->height),
                          .name = from->name,

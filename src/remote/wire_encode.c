@@ -27,6 +27,7 @@ static void hello(const vd_wire_hello *m, vd_wire_record *r) {
     to->capabilities = m->capabilities;
     to->token = text_of(m->token);
     to->memory_bytes = m->memory_bytes;
+    to->particles = m->particles;
     to->width = (uint32_t)m->width;
     to->height = (uint32_t)m->height;
     to->name = text_of(m->name);
