@@ -158,6 +158,7 @@ export function checkMessage(m: Message): void {
     if (m.hello) {
         within('hello.version', m.hello.version, 1, 65535);
         letters('hello.name', m.hello.name, NAME_BYTES);
+        within('hello.particles', m.hello.particles, 0, 0); // the client's to say
     } else if (m.impostor) {
         impostor(m.impostor);
     } else if (m.order) {

@@ -19,6 +19,10 @@ export interface ScreenItem {
     pixels: Uint8Array;
 }
 export interface ModelItem { kind: 'model'; id: bigint; version: number; block: Uint8Array }
+/** `origin`: where the block's numbers begin. */
+export interface BrickItem {
+    kind: 'brick'; id: bigint; version: number; origin: Float64Array; block: Uint8Array;
+}
 /** `numbers` as vd_wasm_instance_add takes them. */
 export interface InstanceItem {
     kind: 'instance'; id: bigint; version: number; model: bigint; numbers: Float64Array;
@@ -30,7 +34,7 @@ export interface GroundItem {
 }
 export const NO_GROUND = -1e9;
 
-export type Item = PictureItem | ScreenItem | ModelItem | InstanceItem | GroundItem
+export type Item = PictureItem | ScreenItem | ModelItem | BrickItem | InstanceItem | GroundItem
     | { kind: 'light'; numbers: Float64Array } // as vd_wasm_light_set takes them
     | { kind: 'order'; ids: BigUint64Array }
     | { kind: 'replace'; out: BigUint64Array; in: BigUint64Array }

@@ -1,9 +1,9 @@
-// scene.ts: the pictures and models that are kept, what of them is shown, and frames of it, in WebAssembly.
+// scene.ts: the pictures, models and bricks that are kept, what of them is shown, and frames of it, in WebAssembly.
 //
 // Sizes and counts come from a server: what does not fit into the memory that was stated to it is not
 // kept, and it is told. Ids that an order names and that are not held are left out.
 import { MAX_IDS } from './checks.js';
-import type { CameraNumbers, InstanceItem, Item, ModelItem, PictureItem,
+import type { BrickItem, CameraNumbers, InstanceItem, Item, ModelItem, PictureItem,
               ScreenItem } from './items.js';
 import { sentenceAt, take, type Exports } from './wasm.js';
 import { WireFault } from './wire.js';
@@ -11,23 +11,25 @@ import { WireFault } from './wire.js';
 /** Behind everything, where nothing is: 0xAABBGGRR. */
 const BACKGROUND = 0xff332c28;
 
-/** Models and instances have slots of their own; in an order instances are numbered from here on. */
+/** Models, instances and bricks have slots of their own; in an order instances are numbered from here
+ *  on, and bricks from there. */
 const MAX_MODELS = 4096, MAX_INSTANCES = 16384, INSTANCES = 0x80000000;
+const MAX_BRICKS = 16384, BRICKS = 0xc0000000;
 
 /** Ids that the replacements of a batch walk over at most: a thousand of them, of a long order, would hold
  *  up frames for seconds. */
 const MAX_WALKED = 1 << 22;
 
-/** What an instance counts, as at the server; what of the memory models may take; and what unpacking
- *  and drawing them takes beside. */
-const INSTANCE_BYTES = 256, MODEL_SHARE = 4, DRAWING_BYTES = 16 << 20;
+/** What an instance counts, as at the server; what of the memory models and bricks may take; and what
+ *  unpacking and drawing them takes beside. */
+const INSTANCE_BYTES = 256, MODEL_SHARE = 4, DRAWING_BYTES = 96 << 20;
 
 /** Cameras are 12 doubles in C; two of them are kept, and a picture's place. */
 const CAMERA_BYTES = 96;
 
 interface Held {
-    kind: 'impostor' | 'model' | 'instance'; slot: number; version: number;
-    bytes: number;         // of a model's block, of an instance
+    kind: 'impostor' | 'model' | 'brick' | 'instance'; slot: number; version: number;
+    bytes: number;         // of a block, of an instance
     model: bigint | null;  // an instance's
 }
 
@@ -43,6 +45,7 @@ export class Scene {
     private readonly held = new Map<bigint, Held>();
     private readonly freeSlots: number[] = [];
     private readonly freeInstances: number[] = [];
+    private readonly freeBricks: number[] = [];
     private readonly modelSlots = new Map<bigint, number>(); // by id, held or only named
     private placedBytes = 0; // of models and instances
     private readonly order: number;
@@ -79,6 +82,9 @@ export class Scene {
         for (let slot = MAX_INSTANCES - 1; slot >= 0; slot--) {
             this.freeInstances.push(slot);
         }
+        for (let slot = MAX_BRICKS - 1; slot >= 0; slot--) {
+            this.freeBricks.push(slot);
+        }
     }
 
     private get bytes(): Uint8Array {
@@ -107,6 +113,9 @@ export class Scene {
         } else if (held.kind === 'instance') {
             this.wasm.vd_wasm_instance_remove(held.slot);
             this.freeInstances.push(held.slot);
+        } else if (held.kind === 'brick') {
+            this.wasm.vd_wasm_brick_remove(held.slot);
+            this.freeBricks.push(held.slot);
         } else {
             this.wasm.vd_wasm_model_remove(held.slot);
         }
@@ -134,7 +143,7 @@ export class Scene {
     }
 
     /** An id that was something else before is that no more. */
-    private forgetOther(item: PictureItem | ModelItem | InstanceItem): void {
+    private forgetOther(item: PictureItem | ModelItem | BrickItem | InstanceItem): void {
         if (this.held.has(item.id) && this.held.get(item.id)!.kind !== item.kind) {
             this.forget(item.id);
         }
@@ -148,8 +157,8 @@ export class Scene {
         return this.modelSlots.get(id);
     }
 
-    /** Takes a model's block, which is checked; false when there is no room for it. */
-    private takeModel(item: ModelItem, slot: number): boolean {
+    /** Takes a block, which is checked; false when there is no room for it. */
+    private takeBlock(item: ModelItem | BrickItem, slot: number): boolean {
         const { block } = item;
         const room = this.placedBytes + block.length <= this.memoryBytes / MODEL_SHARE
             ? this.wasm.vd_wasm_model_room(block.length) : 0;
@@ -157,20 +166,29 @@ export class Scene {
             return false;
         }
         this.bytes.set(block, room);
-        const fault = this.wasm.vd_wasm_model_add(slot, room, block.length);
+        let fault: number;
+        if (item.kind === 'model') {
+            fault = this.wasm.vd_wasm_model_add(slot, room, block.length);
+        } else {
+            new Float64Array(this.wasm.memory.buffer, this.place, 3).set(item.origin);
+            fault = this.wasm.vd_wasm_brick_add(slot, room, block.length, this.place);
+        }
         if (fault > 1) {
             throw new WireFault(sentenceAt(this.wasm, fault));
         }
         return fault === 0;
     }
 
-    private keepModel(item: ModelItem, dropped: Set<bigint>): void {
+    private keepBlock(item: ModelItem | BrickItem, dropped: Set<bigint>): void {
         this.forgetOther(item);
         this.forget(item.id);
-        const slot = this.modelSlot(item.id);
-        if (slot === undefined || !this.takeModel(item, slot)) {
+        const slot = item.kind === 'model' ? this.modelSlot(item.id) : this.freeBricks.at(-1);
+        if (slot === undefined || !this.takeBlock(item, slot)) {
             dropped.add(item.id);
             return;
+        }
+        if (item.kind === 'brick') {
+            this.freeBricks.pop();
         }
         this.placedBytes += item.block.length;
         this.held.set(item.id, { kind: item.kind, slot, version: item.version,
@@ -276,7 +294,8 @@ export class Scene {
                 this.keep(item, dropped);
                 break;
             case 'model':
-                this.keepModel(item, dropped);
+            case 'brick':
+                this.keepBlock(item, dropped);
                 break;
             case 'instance':
                 this.keepInstance(item, dropped);
@@ -361,6 +380,8 @@ export class Scene {
                 numbers[count++] = held.slot;
             } else if (held?.kind === 'instance' && this.held.get(held.model!)?.kind === 'model') {
                 numbers[count++] = INSTANCES + held.slot;
+            } else if (held?.kind === 'brick') {
+                numbers[count++] = BRICKS + held.slot;
             }
         }
         this.shown = wasm.vd_wasm_scene_draw(this.camera, frame.at, frame.width, frame.height,

@@ -43,9 +43,11 @@ const QUIET_S = 5, SILENT_S = 25;
 const MOST_WAITING_BYTES = 4 * ENVELOPE_BYTES;
 const MOST_HANDED_BYTES = 128 << 20; // unpacked, on their way to the display
 const SENT_CAMERAS = 64;
+const MOST_PARTICLES = 1 << 18;      // of bricks, that are drawn for a frame
 export const WORLD_BYTES = 1 << 20; // most of /world.json
 const MODES = { impostors: 1, screens: 2 };
-const MODELS_BIT = 1 << 8, SCREENS_BIT = 1 << 10, GROUND_BIT = 1 << 11, FIXED_BIT = 1 << 12;
+const MODELS_BIT = 1 << 8, BRICKS_BIT = 1 << 9, SCREENS_BIT = 1 << 10, GROUND_BIT = 1 << 11;
+const FIXED_BIT = 1 << 12;
 const MODEL = 1; // a kind of geometry
 const TOO_MUCH = 6; // an error's code
 
@@ -241,10 +243,11 @@ export class Session {
         this.batch = 0;
         this.sent = [];
         this.heardAt = this.around.now();
-        const capabilities = this.unpacker.codecs | MODELS_BIT | SCREENS_BIT | GROUND_BIT |
-            FIXED_BIT;
+        const capabilities = this.unpacker.codecs | MODELS_BIT | BRICKS_BIT | SCREENS_BIT |
+            GROUND_BIT | FIXED_BIT;
         this.send([{ hello: { version: VERSION, capabilities,
                               token: this.setup.token, memory_bytes: BigInt(this.setup.memoryBytes),
+                              particles: MOST_PARTICLES,
                               width: this.setup.width, height: this.setup.height, name: 'page',
                               held_ids: held.ids, held_versions: held.versions } },
                    this.settings()]);
@@ -435,11 +438,12 @@ export class Session {
         return pixels instanceof Uint8Array ? make(pixels) : pixels.then(make);
     }
 
-    private takeGeometry(m: Geometry): Item | null {
-        if (m.kind !== MODEL) {
-            return null; // it was not asked for, and will not be shown
-        }
-        return { kind: 'model', id: m.id, version: m.version, block: m.block.slice() };
+    private takeGeometry(m: Geometry): Item {
+        const { x, y, z } = m.origin!;
+        return m.kind === MODEL
+            ? { kind: 'model', id: m.id, version: m.version, block: m.block.slice() }
+            : { kind: 'brick', id: m.id, version: m.version, origin: Float64Array.of(x, y, z),
+                block: m.block.slice() };
     }
 
     private takeInstance(m: Instance): Item {

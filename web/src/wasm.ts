@@ -16,6 +16,8 @@ export interface Exports {
     vd_wasm_model_room(bytes: number): number;
     vd_wasm_model_add(slot: number, block: number, bytes: number): number;
     vd_wasm_model_remove(slot: number): void;
+    vd_wasm_brick_add(slot: number, block: number, bytes: number, origin: number): number;
+    vd_wasm_brick_remove(slot: number): void;
     vd_wasm_instance_add(slot: number, model: number, numbers: number): number;
     vd_wasm_instance_remove(slot: number): void;
     vd_wasm_light_set(numbers: number): void;

@@ -20,7 +20,7 @@ export interface Vector { x: number; y: number; z: number }
 export interface Hello {
     version: number; capabilities: number; token: string; memory_bytes: bigint;
     width: number; height: number; name: string;
-    held_ids: BigUint64Array; held_versions: number[];
+    held_ids: BigUint64Array; held_versions: number[]; particles: number;
 }
 export interface Camera {
     sequence: number; eye: Vector; qx: number; qy: number; qz: number; qw: number;

@@ -84,6 +84,23 @@ test('models and instances: damaged, too large, too many, without each other', a
     assert.deepEqual(see(), [7, 8, 9]);
 });
 
+const brick = (id, version, bytes) => (
+    { kind: 'brick', id: BigInt(id), version, origin: Float64Array.of(1, 2, 3),
+      block: new Uint8Array(bytes) });
+
+test('bricks: damaged, too large, in the place of something else', async () => {
+    const { scene, see } = await begin();
+    assert.throws(() => scene.apply([brick(70, 1, 512)]), /damaged/);
+    assert.throws(() => scene.apply([brick(70, 1, 1)]), /damaged/);
+    assert.deepEqual([...scene.apply([brick(70, 1, 300000)])], [70n]); // more than its share
+    assert.equal(scene.heldBytes, 0);
+    scene.apply([picture(1, 1, [10, 20, 30]), { kind: 'order', ids: ids(70, 1) }]);
+    assert.deepEqual(see(), [10, 20, 30]);
+    assert.equal(scene.shown, 1);
+    assert.throws(() => scene.apply([brick(1, 2, 512)]), /damaged/); // the picture is given up
+    assert.deepEqual(see(), BACKGROUND);
+});
+
 test('what does not fit is given up, what is shown last', async () => {
     const { scene, see } = await begin(1 << 20);
     scene.apply([picture(1, 1, [9, 9, 9], 256), { kind: 'order', ids: ids(1) }]);

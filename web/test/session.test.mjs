@@ -95,6 +95,7 @@ test('from connecting to showing', async () => {
     await t.settle();
     const [{ hello }, { settings }] = t.said.splice(0);
     assert.equal(hello.token, 'secret');
+    assert.equal(hello.particles, 1 << 18);
     assert.deepEqual([...hello.held_ids], [4n, 9n]);
     assert.deepEqual(hello.held_versions, [1, 2]);
     assert.equal(settings.mode, 1);
@@ -140,7 +141,8 @@ test('a recorded server is understood', async () => {
         }
     }
     const items = t.display.flatMap((m) => m.to === 'batch' ? m.items.map(({ kind }) => kind) : []);
-    assert.deepEqual(items, ['impostor', 'order', 'replace', 'drop', 'light', 'instance', 'ground']);
+    assert.deepEqual(items, ['impostor', 'brick', 'order', 'replace', 'drop', 'light',
+                             'instance', 'ground']);
     assert.ok(taken.includes('showing'));
 });
 
