@@ -50,7 +50,7 @@ typedef struct vd_client_def {
     void *wake_user;
 } vd_client_def;
 
-/* 64 MiB; 2^19 particles; impostors, 1 pixel, every codec, no limit. */
+/* 64 MiB; 2^18 particles; impostors, 1 pixel, every codec, no limit. */
 VD_API vd_client_def vd_client_def_default(void);
 
 typedef struct vd_client vd_client;

@@ -136,8 +136,8 @@ static double drop_of(const vd_impostors *set, const vd_bricks_node *n) {
 static vd_status list_brick(vd_impostors *set, vd_impostor_brick *b, uint8_t *out, size_t *bytes) {
     const vd_brick_asset *asset = asset_of(set, b->asset);
     const vd_bricks_node *n = &asset->bricks->nodes[b->node];
-    const vd_status status =
-        vd_brick_pack(asset->bricks, b->node, &asset->view, &asset->splat, out, bytes);
+    const vd_status status = vd_brick_pack(set->context, asset->bricks, b->node, &asset->view,
+                                           &asset->splat, out, bytes);
     if (status.code == VD_ERROR_MEMORY) {
         return status;
     }

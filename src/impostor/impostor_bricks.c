@@ -47,6 +47,7 @@ typedef struct choosing {
     vd_impostor_spent *spent;
     looking look;
     uint64_t reserved;  /* particles of what is to be chosen yet, as coarse as can be */
+    bool unreserved;    /* that is too much: nothing is */
     vd_list candidates; /* uint32_t stands, the nearest first */
     vd_list nodes;      /* uint32_t bricks of one node's cut */
     vd_list heap;       /* coarse, the most worth first */
@@ -356,7 +357,7 @@ static vd_status choose_node(choosing *c, uint32_t node, bool anyway, bool *take
     vd_status status = vd_success();
     uint64_t particles = 0;
     c->nodes.count = 0;
-    c->reserved -= cost_of(c, node);
+    c->reserved -= c->unreserved ? 0 : cost_of(c, node);
     const bool fits = cut(c, node, COARSE_PX, &particles, &status);
     if (fits) {
         const needs n = needs_of(set, c->nodes.data, c->nodes.count);
@@ -586,6 +587,10 @@ static vd_status choose_all(choosing *c, const vd_list *ranks) {
     const uint32_t *candidates = c->candidates.data;
     for (size_t i = 0; i < c->candidates.count && status.code == VD_OK; i++) {
         status = reserve(c, candidates[i]);
+    }
+    if (c->reserved > set->def.placed_particles) { /* the nearest, as far as they go */
+        c->reserved = 0;
+        c->unreserved = true;
     }
     for (size_t i = 0; is_heavy(set) && i < c->candidates.count && status.code == VD_OK; i++) {
         status = send_top(c, candidates[i]);

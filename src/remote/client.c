@@ -16,7 +16,7 @@ const char *vd_client_state_name(vd_client_state state) {
 
 vd_client_def vd_client_def_default(void) {
     return (vd_client_def){.memory_bytes = (size_t)64 << 20,
-                           .particles = 1u << 19,
+                           .particles = 1u << 18,
                            .settings = {.mode = VD_WIRE_MODE_IMPOSTORS, .tolerance_px = 1.0f}};
 }
 

@@ -125,8 +125,9 @@ static void write_block(const vd_brick *brick, const vd_brick_block_head *head,
     *bytes = l.size_bytes;
 }
 
-vd_status vd_brick_pack(const vd_bricks *bricks, uint32_t node, const vd_brick_view_def *view,
-                        const vd_splat_def *splat, uint8_t *out, size_t *bytes) {
+vd_status vd_brick_pack(vd_context *context, const vd_bricks *bricks, uint32_t node,
+                        const vd_brick_view_def *view, const vd_splat_def *splat, uint8_t *out,
+                        size_t *bytes) {
     const vd_bricks_node *n = &bricks->nodes[node];
     const size_t count = n->count;
     vd_brick brick;
@@ -135,8 +136,8 @@ vd_status vd_brick_pack(const vd_bricks *bricks, uint32_t node, const vd_brick_v
         return status;
     }
     /* Numbers, radii, colours, the tables. */
-    float *values = vd_allocate(bricks->context, count, 4 + 2 + 4);
-    vd_splat_picture *picture = vd_allocate(bricks->context, 1, sizeof *picture);
+    float *values = vd_allocate(context, count, 4 + 2 + 4);
+    vd_splat_picture *picture = vd_allocate(context, 1, sizeof *picture);
     if (values == NULL || picture == NULL) {
         status = vd_out_of_memory("a brick's block", 10 * count + sizeof *picture);
     } else {
@@ -160,7 +161,7 @@ vd_status vd_brick_pack(const vd_bricks *bricks, uint32_t node, const vd_brick_v
         }
         write_block(&brick, &head, radii, colors, out, bytes);
     }
-    vd_release(bricks->context, picture);
-    vd_release(bricks->context, values);
+    vd_release(context, picture);
+    vd_release(context, values);
     return status;
 }

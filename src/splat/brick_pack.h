@@ -59,7 +59,7 @@ size_t vd_brick_pack_bytes(const vd_bricks *bricks, uint32_t node, const vd_bric
 
 /* Writes it, coloured as `splat` colours it, into as many bytes, 8-byte aligned; *bytes gets how
  * many there are. Returns VD_ERROR_FORMAT (a damaged brick) or VD_ERROR_MEMORY. */
-VD_MUST_USE vd_status vd_brick_pack(const vd_bricks *bricks, uint32_t node,
+VD_MUST_USE vd_status vd_brick_pack(vd_context *context, const vd_bricks *bricks, uint32_t node,
                                     const vd_brick_view_def *view, const vd_splat_def *splat,
                                     uint8_t *out, size_t *bytes);
 
