@@ -211,7 +211,8 @@ bool vd_fly_leaves_out(int option) {
 
 vd_status vd_fly_refuse(const vd_options *options) {
     for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
-        if (vd_options_given(options, refused[i])) {
+        /* A world's own camera is for its pictures, and no mistake here. */
+        if (options->values[refused[i]].source > VD_SOURCE_FILE) {
             const bool camera = strncmp(options->table[refused[i]].group, "Camera", 6) == 0;
             return vd_failure(VD_ERROR_ARGUMENT, "--%s belongs to `veduta render`; %s",
                               options->table[refused[i]].key,

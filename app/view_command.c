@@ -205,6 +205,7 @@ static vd_status read_impostors(const vd_options *options, const vd_render_setti
     out->show = settings->show;
     out->settle = false;
     out->background = true;
+    out->background_threads = settings->threads > 0 ? (settings->threads + 1) / 2 : 0;
     if (!settings->impostors && vd_options_given(options, VIEW_BUDGET)) {
         return vd_failure(VD_ERROR_ARGUMENT, "--budget is about impostors, and there are none; add "
                                              "--impostors, or leave it out");

@@ -52,7 +52,7 @@ static vd_status draw_impostors(world *w, vd_job *job, const vd_camera *camera,
                                      vd_seconds_now(), &w->stats);
         again = way->quality == VD_WINDOW_STILL && !(way->frozen && !fresh) &&
                 (w->stats.drawn > 0 || w->stats.waiting > 0 || w->stats.in_flight > 0);
-        if (again) {
+        if (again && status.code == VD_OK) {
             vd_impostors_wait(w->impostors);
         }
     }

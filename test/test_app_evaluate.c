@@ -365,8 +365,29 @@ static void bad_use_is_told(void **state) {
     assert_null(strstr(out, "--heading"));
 }
 
+/* A world's own camera is for its pictures: here the path says where it is. */
+static void a_worlds_camera_is_no_mistake(void **state) {
+    (void)state;
+    FILE *file = fopen("low.json", "w");
+    assert_non_null(file);
+    (void)fputs("{\"veduta_path\": 1, \"orbit\": {\"centre\": [0, 0, 0], \"radius\": 300, "
+                "\"height\": 100, \"duration\": 10}}\n",
+                file);
+    assert_int_equal(fclose(file), 0);
+    static const char dunes[] = "evaluate " VEDUTA_SOURCE_DIR "/example/worlds/dunes.json low.json "
+                                "-s 64x48 --seconds 0.2 --virtual --json -q";
+    char line[1024];
+    (void)snprintf(line, sizeof line, "%s", dunes);
+    assert_int_equal(run("", line), 0);
+    assert_true(number_in(out, NULL, "fps") > 0.0);
+    (void)snprintf(line, sizeof line, "%s --azimuth 30", dunes);
+    assert_int_equal(run("", line), 2);
+    assert_non_null(strstr(err, "--azimuth belongs to"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_worlds_camera_is_no_mistake),
         cmocka_unit_test(impostors_do_better_over_a_slow_link),
         cmocka_unit_test(without_a_link_screens_are_good),
         cmocka_unit_test(latency_is_seen),

@@ -77,6 +77,27 @@ static void it_may_end_at_any_time(void **state) {
     }
 }
 
+/* A cancelled job ends an update, as it does where updates draw. */
+static void cancelling_is_heard(void **state) {
+    (void)state;
+    scene s;
+    vd_job *job = NULL;
+    const vd_impostor_def def = in_background();
+    begin(&s, 100, &def);
+    const vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    assert_ok(vd_job_create(s.context, &job));
+    vd_job_cancel(job);
+    for (int i = 0; i < 3; i++) {
+        s.time_s += 1.0 / 60;
+        assert_int_equal(
+            vd_impostors_update(s.set, job, &camera, WIDTH, HEIGHT, s.time_s, NULL).code,
+            VD_ERROR_CANCELLED);
+    }
+    vd_job_destroy(&job);
+    assert_true(converge(&s, &camera).shown > 0);
+    end(&s);
+}
+
 /* What changes while its picture is being drawn is drawn once more. */
 static void changes_are_not_lost(void **state) {
     (void)state;
@@ -208,15 +229,16 @@ static void what_it_cannot_be_is_refused(void **state) {
     scene s;
     begin(&s, 3, NULL);
     vd_impostors_wait(s.set); /* there is no thread to wait for */
-    vd_impostor_def bad[4];
-    for (int i = 0; i < 4; i++) {
+    vd_impostor_def bad[5];
+    for (int i = 0; i < 5; i++) {
         bad[i] = in_background();
     }
     bad[0].link_bytes_per_s = 1e6;
     bad[1].ship = true;
     bad[2].no_reuse = true;
     bad[3].budget_pixels = 1000;
-    for (int i = 0; i < 4; i++) {
+    bad[4].background_threads = -1;
+    for (int i = 0; i < 5; i++) {
         vd_impostors *set = NULL;
         const vd_status status = vd_impostors_create(s.context, s.world, s.renderer, &bad[i], &set);
         assert_int_equal(status.code, VD_ERROR_ARGUMENT);
@@ -230,6 +252,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(they_come_and_are_the_same),
         cmocka_unit_test(it_may_end_at_any_time),
+        cmocka_unit_test(cancelling_is_heard),
         cmocka_unit_test(changes_are_not_lost),
         cmocka_unit_test(walks_keep_bounds),
         cmocka_unit_test(particles_come_too),

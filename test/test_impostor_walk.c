@@ -314,6 +314,44 @@ static void fading_keeps_premultiplied_sums(void **state) {
     end(&s);
 }
 
+/* With less memory than all pictures take, and behind hills, a resting camera comes to rest: what
+ * there is no room for is not made to be given up again, and nothing comes and goes. */
+static void rest_comes_with_any_memory(void **state) {
+    (void)state;
+    enum { WIDE = 600, HIGH = 440, UPDATES = 120, RESTING = 20 };
+    size_t memory = (size_t)256 << 20;
+    for (int i = 0; i < (test_is_reduced() ? 3 : 8); i++) {
+        scene s;
+        vd_impostor_def def = patient();
+        def.settle = false;
+        def.most_px = 28.0;
+        def.least_reuse = 0.1;
+        def.memory_bytes = memory;
+        begin(&s, 3000, &def);
+        vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+        camera.lens = vd_lens_from_fov(0.9, WIDE, HIGH);
+        camera.eye.z = vd_world_ground(s.world, camera.eye.x, camera.eye.y) + 6.0;
+        camera.orientation = vd_orientation_from_angles(0.0, -0.05, 0.0);
+        vd_impostor_stats stats = {0};
+        uint64_t shown = 0;
+        for (int k = 0; k < UPDATES; k++) {
+            s.time_s += 1.0 / 60;
+            assert_ok(vd_impostors_update(s.set, NULL, &camera, WIDE, HIGH, s.time_s, &stats));
+            assert_true(stats.bytes <= memory);
+            if (k >= UPDATES - RESTING) {
+                assert_int_equal(stats.drawn, 0);
+                assert_int_equal(stats.waiting, 0);
+                assert_true(shown == 0 || stats.shown == shown);
+                shown = stats.shown;
+            }
+        }
+        assert_true(i > 0 || (shown > 200 && s.set->by_horizon && s.set->hidden > 0));
+        memory = i == 0 ? stats.bytes : (size_t)(0.93 * (double)memory);
+        memory = memory < ((size_t)1 << 20) ? (size_t)1 << 20 : memory;
+        end(&s);
+    }
+}
+
 /* ---- what cannot be drawn ---------------------------------------------------------------------*/
 
 /* A cloud of which some bricks are damaged, and whole things beside it. */
@@ -472,6 +510,7 @@ int main(void) {
         cmocka_unit_test(what_the_horizon_hides_is_not_seen),
         cmocka_unit_test(jumps_are_no_motion),
         cmocka_unit_test(fading_keeps_premultiplied_sums),
+        cmocka_unit_test(rest_comes_with_any_memory),
         cmocka_unit_test(what_fails_is_skipped),
         cmocka_unit_test(what_fails_nearby_is_no_failure_of_an_update),
         cmocka_unit_test(bounds_may_be_flat_but_finite),

@@ -79,11 +79,13 @@ typedef struct vd_impostor_def {
     bool remote;     /* pictures are drawn by another machine, at the far end of the link: an update
                         does not wait for them, they come on after as long as drawing them took, and
                         while it draws it is asked for no others */
-    bool background; /* pictures are drawn by a thread beside, with half of the context's threads
-                        and a renderer of its own: an update waits for none. It spends `budget_s`
+    bool background; /* pictures are drawn by a thread beside, with threads and a
+                        renderer of its own: an update waits for none. It spends `budget_s`
                         between two updates, once begun a picture is finished. Not with a link,
-                        `ship`, a pool, `no_reuse` or `budget_pixels`; the world must not change */
-    bool no_reuse;   /* every update wishes for every picture anew (table 5.4) */
+                        `ship`, a pool, `no_reuse` or `budget_pixels`; the world must not change.
+                        A cancelled job ends an update, not the picture that is being drawn */
+    int background_threads; /* of its own, with a context like the set's; 0: half of that one's */
+    bool no_reuse;          /* every update wishes for every picture anew (table 5.4) */
     bool settle; /* while the camera rests and nothing waits, the whole is one picture aligned with
                     the screen, as vd_world_renderer_draw makes it */
     vd_impostor_show show;

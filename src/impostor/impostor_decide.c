@@ -200,14 +200,15 @@ static void show(deciding *d, uint32_t index, double error, vd_list *list) {
     if (slot == NULL || slot->empty) {
         return;
     }
+    slot->used = d->set->update;
     if (slot->now.rgba != NULL && d->view->horizon != NULL) {
         vd_vec3 min, max;
         vd_impostor_bounds(d->set, d->view, index, &min, &max);
         if (vd_horizon_hides(d->view->horizon, min, max)) {
+            d->set->hidden++;
             return;
         }
     }
-    slot->used = d->set->update;
     slot->error_px = error;
     if (!vd_impostor_is_patch(d->set, index)) {
         d->set->any_loose = d->set->any_loose || d->set->world->nodes[index].loose;
@@ -492,7 +493,7 @@ static vd_status decide_ground(deciding *d) {
     set->any_near = false;
     for (int i = 0; i <= MOST_WALKS && d->status.code == VD_OK; i++) {
         d->any_need = false;
-        set->far.count = set->missing = 0;
+        set->far.count = set->missing = set->hidden = 0;
         set->stats.error_px = 0.0; /* of the last walk alone: what came before is not shown */
         (void)walk_patch(d, set->ground.count - 1, true);
         need_hiding(d);
@@ -545,7 +546,7 @@ vd_status vd_impostors_decide(vd_impostors *set, const vd_impostor_view *view) {
                   .status = vd_success()};
     set->far.count = set->shown.count = set->direct.count = set->lines.count = 0;
     set->wishes.count = set->ranks.count = 0;
-    set->stats.decided = set->missing = 0;
+    set->stats.decided = set->missing = set->hidden = 0;
     set->stats.error_px = 0.0;
     set->any_loose = false;
     set->things = 0;

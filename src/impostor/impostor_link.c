@@ -33,6 +33,7 @@ void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
     vd_impostor_release(set, &slot->now);
     slot->now = *made;
     slot->empty = made->empty;
+    slot->bytes = bytes_of(made);
     slot->born_s = set->time_s;
     slot->born = set->update;
     slot->failures = 0;

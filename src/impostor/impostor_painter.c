@@ -17,7 +17,7 @@ struct vd_impostor_painter {
     const vd_world *world;
     vd_world_renderer_def renderer_def;
     vd_light light;
-    int samples;
+    int samples, threads;
     vd_context *context; /* of its own pool of threads */
     vd_job *job;
     pthread_t thread;
@@ -41,7 +41,6 @@ static void paint_all(vd_impostor_painter *p, const vd_impostor_brush *brush) {
         }
         vd_impostor_draft draft = p->queue[p->begun++];
         p->busy = true;
-        p->drawing = draft.node;
         pthread_mutex_unlock(&p->mutex);
         const uint64_t start = vd_clock_ns();
         vd_impostor_paint(brush, p->job, &draft);
@@ -61,7 +60,7 @@ static void *painter_main(void *user) {
     vd_frame *canvas = NULL;
     size_t canvas_pixels = 0;
     vd_context_def def = vd_context_def_like(p->pictures);
-    def.threads = (vd_context_threads(p->pictures) + 1) / 2;
+    def.threads = p->threads;
 #ifdef __linux__
     (void)setpriority(PRIO_PROCESS, 0, NICENESS); /* there: of this thread, and those it starts */
 #endif
@@ -99,6 +98,8 @@ vd_status vd_impostor_painter_create(const vd_impostors *set, vd_impostor_painte
     p->renderer_def = set->renderer->def;
     p->light = *vd_world_renderer_get_light(set->renderer);
     p->samples = set->def.samples;
+    p->threads = set->def.background_threads > 0 ? set->def.background_threads
+                                                 : (vd_context_threads(set->context) + 1) / 2;
     p->status = vd_success();
     const vd_status status = vd_job_create(set->context, &p->job);
     if (status.code != VD_OK) {

@@ -51,6 +51,7 @@ typedef struct vd_impostor_slot {
     bool restless;    /* again and again */
     uint64_t changes; /* number of the update after which it changed last */
     uint32_t since;   /* version of the newest picture that shows it as it was */
+    size_t bytes;     /* of the newest picture, there or given up */
     uint32_t failures;
     double retry_s;                  /* not drawn again before */
     double born_s;                   /* when the picture came */
@@ -197,6 +198,9 @@ struct vd_impostors {
     vd_list lines;     /* the same, of lines over ground that patches may show */
     bool any_near;     /* ground that is drawn itself: */
     vd_cells near;     /* these cells, of all of the picture's ground the nearest */
+    size_t hidden;     /* pictures behind the horizon, which are not shown */
+    bool by_horizon;   /* it is asked */
+    size_t left_out;   /* wishes for which there is no memory */
     size_t missing;    /* of those that have no picture, though one would be good */
     bool any_loose;    /* some of it does not stand on patches: it is told from them by depth */
     vd_list quads;     /* vd_quad, of the last picture */

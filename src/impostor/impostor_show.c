@@ -271,7 +271,13 @@ vd_status vd_impostors_draw(vd_impostors *set, vd_job *job, const vd_camera *cam
         frame->depth = set->depth.memory;
     }
     const bool still = set->def.show == VD_IMPOSTOR_SHOW_PICTURES && !set->frozen;
-    if (status.code == VD_OK && !(still && vd_impostors_copy_still(set, camera, frame))) {
+    const uint64_t start = vd_clock_ns();
+    if (status.code == VD_OK && still && vd_impostors_copy_still(set, camera, frame)) {
+        set->stats.overdraw = 1.0;
+        set->stats.pixels_shown += (uint64_t)frame->width * (uint64_t)frame->height;
+        set->stats.direct_s = 0.0;
+        set->stats.show_s = 1e-9 * (double)(vd_clock_ns() - start);
+    } else if (status.code == VD_OK) {
         status = draw_all(set, job, camera, frame);
         if (status.code != VD_OK) {
             status = vd_impostors_set_aside(set, job, camera, frame, status);

@@ -72,8 +72,9 @@ vd_status vd_impostors_settle(vd_impostors *set, vd_job *job, const vd_camera *c
     set->rest_width = width;
     set->rest_height = height;
     set->has_still = rests && vd_impostors_still_frame(set) != NULL;
-    const bool whole = set->stats.waiting == 0 && set->missing == 0 && set->sending.count == 0 &&
-                       set->painting == 0;
+    /* What there is no memory for does not come. */
+    const bool whole = set->stats.waiting == 0 && (set->missing == 0 || set->left_out > 0) &&
+                       set->sending.count == 0 && set->painting == 0;
     if (!set->def.settle || set->has_still || !rests || !whole || set->def.no_reuse ||
         set->def.tolerance_px == 0.0 || set->time_s - set->rest_since_s < set->def.rest_s ||
         set->time_s < set->still_retry_s) {

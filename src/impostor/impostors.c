@@ -61,6 +61,11 @@ static vd_status check(const vd_impostor_def *def) {
                               : "impostors for a client have no simulated link and no fading; "
                                 "leave link_bytes_per_s and fade_s at 0");
     }
+    if (def->background_threads < 0 || def->background_threads > 1024) {
+        return vd_failure(VD_ERROR_ARGUMENT,
+                          "impostors with background_threads %d cannot be drawn; give 0 to 1024",
+                          def->background_threads);
+    }
     if (def->background && (def->link_bytes_per_s > 0.0 || def->ship || def->pool != NULL ||
                             def->no_reuse || def->budget_pixels > 0)) {
         return vd_failure(VD_ERROR_ARGUMENT,
@@ -312,6 +317,35 @@ static void learn_far(vd_impostors *set, uint64_t pixels, double took_s) {
     }
 }
 
+static size_t picture_bytes(const vd_impostor_picture *p) {
+    return p->rgba != NULL ? 4 * (size_t)p->width * (size_t)p->height : 0;
+}
+
+/* Takes those wishes out whose pictures would only push others out that are shown now: there is no
+ * memory for them. Wishes are sorted. */
+static void leave_out(vd_impostors *set, double detail) {
+    vd_impostor_wish *wishes = set->wishes.data;
+    double room = (double)set->def.memory_bytes - (double)set->bytes;
+    size_t kept = 0;
+    for (uint32_t i = 0; i < set->slots.count; i++) {
+        const vd_impostor_slot *slot = vd_impostor_slot_at(set, i);
+        room += slot->used < set->update
+                    ? (double)(picture_bytes(&slot->now) + picture_bytes(&slot->before))
+                    : 0.0;
+    }
+    for (size_t i = 0; i < set->wishes.count; i++) {
+        const vd_impostor_slot *slot = vd_impostor_slot_at(set, wishes[i].slot);
+        const double guess = 4.0 * BOUND_SHARE * wishes[i].area * detail * detail;
+        const double takes = fmax(guess, (double)slot->bytes) - (double)picture_bytes(&slot->now);
+        if (takes <= 0.0 || takes <= room) {
+            room -= takes > 0.0 ? takes : 0.0;
+            wishes[kept++] = wishes[i];
+        }
+    }
+    set->left_out = set->wishes.count - kept;
+    set->wishes.count = kept;
+}
+
 static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view_given,
                              const spending *spent) {
     vd_impostor_view coarser = *view_given;
@@ -323,11 +357,15 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
     if (set->wishes.count > 1) {
         qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
     }
+    set->left_out = 0;
+    if (set->bytes > set->def.memory_bytes / 2) {
+        leave_out(set, coarser.detail);
+    }
     if (set->painter != NULL) {
         vd_impostors_ask_painter(set, view, spent->most_s);
         return status;
     }
-    size_t i = 0, shared = 0, late = 0;
+    size_t i = 0, made = 0, late = 0;
     const bool busy = set->def.remote && set->time_s < set->remote_free_s;
     for (; i < set->wishes.count && status.code == VD_OK; i++) {
         vd_impostor_slot *slot = vd_impostor_slot_at(set, wishes[i].slot);
@@ -336,14 +374,14 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
             break;
         }
         if (pressed && wishes[i].finer) {
+            late++;
             continue;
         }
         status = vd_impostors_share(set, view, slot, &taken);
         if (taken || status.code != VD_OK) {
-            shared++;
             continue;
         }
-        if (late > 0 || (i > shared && is_spent(set, spent))) {
+        if (made > 0 && is_spent(set, spent)) {
             if (set->def.pool == NULL) {
                 break;
             }
@@ -351,6 +389,7 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
             continue;
         }
         status = vd_impostors_make(set, job, view, slot);
+        made++;
         if (set->def.remote) {
             set->remote_free_s = set->time_s + 1e-9 * (double)(vd_clock_ns() - spent->start_ns);
         }
@@ -442,8 +481,13 @@ static void count_shown(vd_impostors *set) {
 }
 
 /* Fewer pictures are not worth a horizon, which takes a millisecond: as long as showing these. Nor
- * is what is ordered for a client, which moves on before it is shown there. */
-#define LEAST_HIDDEN 256
+ * is what is ordered for a client, which moves on before it is shown there. Those count that it hid
+ * last time, and a quarter fewer do not end it, so that it does not come and go. */
+static bool is_horizon_worth_it(const vd_impostors *set) {
+    enum { LEAST = 256 };
+    const size_t seen = (size_t)set->stats.shown + set->hidden;
+    return !set->def.ship && seen > (set->by_horizon ? LEAST * 3 / 4 : LEAST);
+}
 
 vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *camera, int width,
                               int height, double time_s, vd_impostor_stats *stats) {
@@ -472,14 +516,20 @@ vd_status vd_impostors_update(vd_impostors *set, vd_job *job, const vd_camera *c
     if (set->painter != NULL) {
         status = vd_impostors_collect(set);
     }
+    if (status.code == VD_OK && set->painter != NULL && vd_job_stopped(job)) {
+        status = vd_failure(VD_ERROR_CANCELLED, "the job was cancelled or ran out of time");
+    }
     vd_impostor_view view = vd_impostors_view(set, camera, width, height);
-    if (status.code == VD_OK && !set->def.ship && set->stats.shown > LEAST_HIDDEN) {
+    set->by_horizon = is_horizon_worth_it(set);
+    if (status.code == VD_OK && set->by_horizon) {
         status = vd_world_aim_horizon(set->renderer, job, camera, width, height, &view.horizon);
     }
     status = status.code == VD_OK ? make_all(set, job, &view) : status;
     vd_impostors_trim(set);
     if (status.code == VD_OK) {
+        const uint64_t start = vd_clock_ns();
         status = vd_impostors_settle(set, job, camera, width, height);
+        set->stats.draw_s += 1e-9 * (double)(vd_clock_ns() - start);
     }
     count_shown(set);
     if (stats != NULL) {
