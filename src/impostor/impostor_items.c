@@ -335,7 +335,7 @@ static uint64_t contents_of(const vd_impostors *set, bool *any) {
     const uint32_t *shown = set->shown.data;
     for (size_t i = 0; vd_impostors_shown_in_front(set) && i < set->shown.count; i++) {
         const vd_impostor_slot *slot = vd_impostor_slot_at(set, shown[i]);
-        hash = vd_impostor_is_apart(set, slot) ? hash : mix(hash, slot->now.version);
+        hash = mix(hash, slot->now.version);
         *any = true;
     }
     return hash;
@@ -390,19 +390,13 @@ static bool measure(const vd_frame *frame, int r[4], float range[2]) {
     return true;
 }
 
-/* Metres to the nearest of what is shown over the picture in front. */
-static double nearest_apart(const vd_impostors *set, const vd_camera *camera) {
+/* Metres to the nearest particles that a client draws. */
+static double nearest_cloud(const vd_impostors *set, const vd_camera *camera) {
     const vd_list *clouds = &set->placing.clouds;
-    double nearest2 = FARTHEST_M * FARTHEST_M;
-    if (clouds->count > 0) {
-        const double m = vd_impostor_stand_at(set, *(const uint32_t *)clouds->data)->distance;
-        nearest2 = m * m;
-    }
-    const vd_impostor_rank *ranks = set->ranks.data;
-    for (size_t i = 0; i < set->ranks.count; i++) {
-        nearest2 = ranks[i].distance2 < nearest2 ? ranks[i].distance2 : nearest2;
-    }
-    return fmax(sqrt(nearest2), camera->near_m);
+    const double nearest =
+        clouds->count > 0 ? vd_impostor_stand_at(set, *(const uint32_t *)clouds->data)->distance
+                          : FARTHEST_M;
+    return fmax(nearest, camera->near_m);
 }
 
 static vd_status draw_front(vd_impostors *set, vd_job *job, const vd_camera *camera, int width,
@@ -433,7 +427,7 @@ static vd_status draw_front(vd_impostors *set, vd_job *job, const vd_camera *cam
     float range[2];
     front->wanted = measure(set->scratch->wide, r, range);
     if (!front->wanted) {
-        front->half_range = 0.5 / nearest_apart(set, camera); /* what hides is looked at again */
+        front->half_range = 0.5 / nearest_cloud(set, camera); /* what hides is looked at again */
         return status;
     }
     /* In the middle of the inverse distances nearest and farthest are as wrong. */
@@ -446,40 +440,10 @@ static vd_status draw_front(vd_impostors *set, vd_job *job, const vd_camera *cam
     return take_rectangle(set, extra, &wide, set->scratch->wide, r, 2.0 / (low + high));
 }
 
-/* Looks which pictures something of the picture in front hides, by corners and sides of their
- * bounds. They change places in the next turn: in this one they are where they were drawn. */
-static void find_covered(vd_impostors *set, const vd_impostor_view *view, const vd_camera *camera,
-                         const vd_frame *front) {
-    const uint32_t *shown = set->shown.data;
-    for (size_t i = 0; i < set->shown.count; i++) {
-        vd_impostor_slot *slot = vd_impostor_slot_at(set, shown[i]);
-        vd_vec3 at[2];
-        int seen = 0, hidden = 0;
-        vd_impostor_bounds(set, view, slot->node, &at[0], &at[1]);
-        const vd_vec3 middle = vd_vec3_scale(vd_vec3_add(at[0], at[1]), 0.5);
-        for (int k = 0; k < 27; k++) {
-            const int x = k % 3, y = k / 3 % 3, z = k / 9;
-            const vd_vec3 place = {x == 2 ? middle.x : at[x].x, y == 2 ? middle.y : at[y].y,
-                                   z == 2 ? middle.z : at[z].z};
-            vd_impostor_count_hidden(camera, front, place, &seen, &hidden);
-        }
-        slot->covered_next = hidden > 0;
-    }
-}
-
-static void use_covered(vd_impostors *set) {
-    const uint32_t *shown = set->shown.data;
-    for (size_t i = 0; i < set->shown.count; i++) {
-        vd_impostor_slot *slot = vd_impostor_slot_at(set, shown[i]);
-        slot->covered = slot->covered_next;
-    }
-}
-
 static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_view *view) {
     vd_impostor_front *front = &set->in_front;
     const vd_impostor_extra *extra = &set->extras[VD_SKY_SIDES];
     bool any = false;
-    use_covered(set);
     uint64_t contents = contents_of(set, &any);
     if (!any) {
         front->wanted = false;
@@ -502,9 +466,6 @@ static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_v
     if (hidden && status.code == VD_OK) {
         contents = contents_of(set, &any);
         status = draw_front(set, job, &view->camera, view->width, view->height);
-    }
-    if (due && status.code == VD_OK) {
-        find_covered(set, view, &front->camera, frame);
     }
     front->contents = status.code == VD_OK ? contents : 0;
     return status.code == VD_OK && front->wanted && !extra->delivered ? add_extra(set, extra)
@@ -545,19 +506,14 @@ vd_status vd_impostors_add_id(vd_impostors *set, uint64_t id) {
     return vd_success();
 }
 
-/* Adds what a list has pictures of, of `shown` where it is in front those that are apart; counts
- * the area of what it has none of, and of all. */
+/* Adds what a list has pictures of; counts the area of what it has none of, and of all. */
 static vd_status add_list(vd_impostors *set, const vd_impostor_view *view, const vd_list *list,
                           double *missing, double *all) {
-    const bool apart = list == &set->shown && vd_impostors_shown_in_front(set);
     const uint32_t *slots = list->data;
     vd_status status = vd_success();
     for (size_t i = 0; i < list->count && status.code == VD_OK; i++) {
         const vd_impostor_slot *slot = vd_impostor_slot_at(set, slots[i]);
         vd_vec3 min, max;
-        if (apart && !vd_impostor_is_apart(set, slot)) {
-            continue;
-        }
         vd_impostor_bounds(set, view, slot->node, &min, &max);
         const vd_vec3 size = vd_vec3_subtract(max, min);
         const vd_vec3 way =
@@ -591,9 +547,6 @@ vd_status vd_impostors_order(vd_impostors *set, vd_impostor_order *out) {
     }
     if (status.code == VD_OK && set->in_front.wanted && front->delivered) {
         status = vd_impostors_add_id(set, front->id);
-    }
-    if (status.code == VD_OK && vd_impostors_shown_in_front(set)) {
-        status = add_list(set, &view, &set->shown, &missing, &all);
     }
     if (status.code == VD_OK) {
         status = vd_impostors_order_placed(set);

@@ -41,12 +41,10 @@ typedef struct vd_impostor_picture {
 
 typedef struct vd_impostor_slot {
     uint32_t node;
-    bool split;     /* its children were shown last */
-    bool empty;     /* its picture shows nothing: nothing is shown */
-    bool coming;    /* a picture of it is on the link */
-    bool delivered; /* the client of `ship` has one */
-    bool covered;   /* something of the picture in front hides some of it; as found now: */
-    bool covered_next;
+    bool split;       /* its children were shown last */
+    bool empty;       /* its picture shows nothing: nothing is shown */
+    bool coming;      /* a picture of it is on the link */
+    bool delivered;   /* the client of `ship` has one */
     bool changed;     /* what is on it has, since it was made */
     bool restless;    /* again and again */
     uint64_t changes; /* number of the update after which it changed last */
@@ -309,8 +307,8 @@ void vd_impostor_corners(const vd_impostor_picture *picture, vd_vec3 out[4]);
 bool vd_impostors_shown_in_front(const vd_impostors *set);
 
 /* Draws what is not on patches, over transparent black: ground that is near, what is drawn itself,
- * object pictures if they are told by depth and not shown apart, names and particles; nothing of
- * the overlay. The frame must have depth. */
+ * object pictures if they are told by depth, names and particles; nothing of the overlay. The frame
+ * must have depth. */
 VD_MUST_USE vd_status vd_impostors_draw_alone(vd_impostors *set, vd_job *job,
                                               const vd_camera *camera, vd_frame *frame);
 
@@ -333,13 +331,6 @@ static inline vd_impostor_stand *vd_impostor_stand_at(const vd_impostors *set, u
 /* The object of a node of particles. */
 static inline const vd_cloud *vd_impostor_cloud(const vd_impostors *set, uint32_t node) {
     return (const vd_cloud *)set->world->entries[set->world->nodes[node].entry].object;
-}
-
-/* Whether a client shows a slot's picture over the one in front: of particles alone, of which
- * nothing of that hides any. */
-static inline bool vd_impostor_is_apart(const vd_impostors *set, const vd_impostor_slot *slot) {
-    const vd_node *node = &set->world->nodes[slot->node];
-    return node->loose && !node->grounded && !node->names && !slot->covered;
 }
 
 static inline vd_impostor_brick *vd_impostor_brick_at(const vd_impostors *set, uint32_t index) {

@@ -194,14 +194,13 @@ static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera
     return status.code == VD_OK ? draw_before_patches(set, job, camera, frame, stats) : status;
 }
 
-/* Object pictures, tested by depth; `all`: also those that a client shows apart. */
-static vd_status draw_objects(vd_impostors *set, vd_job *job, const vd_camera *camera, bool all,
+/* Object pictures, tested by depth. */
+static vd_status draw_objects(vd_impostors *set, vd_job *job, const vd_camera *camera,
                               vd_frame *frame) {
     const uint32_t *shown = set->shown.data;
     vd_status status = vd_success();
     for (size_t i = 0; i < set->shown.count && status.code == VD_OK; i++) {
-        vd_impostor_slot *slot = vd_impostor_slot_at(set, shown[i]);
-        status = all || !vd_impostor_is_apart(set, slot) ? add_slot(set, camera, slot) : status;
+        status = add_slot(set, camera, vd_impostor_slot_at(set, shown[i]));
     }
     return status.code == VD_OK ? show_quads(set, job, camera, true, frame) : status;
 }
@@ -229,7 +228,7 @@ vd_status vd_impostors_draw_alone(vd_impostors *set, vd_job *job, const vd_camer
         status = vd_world_draw_part(set->renderer, job, camera, &all, frame, &pass, &own);
     }
     if (status.code == VD_OK && vd_impostors_shown_in_front(set)) {
-        status = draw_objects(set, job, camera, false, frame);
+        status = draw_objects(set, job, camera, frame);
     }
     if (status.code == VD_OK) {
         set->renderer->def.overlay = NULL; /* it belongs to the screen and not to the world */
@@ -253,7 +252,7 @@ static vd_status draw_all(vd_impostors *set, vd_job *job, const vd_camera *camer
                                                                   frame, &pass, &own);
     set->stats.direct_s = 1e-9 * (double)(vd_clock_ns() - start) - set->stats.show_s;
     if (status.code == VD_OK) {
-        status = draw_objects(set, job, camera, true, frame);
+        status = draw_objects(set, job, camera, frame);
     }
     if (status.code == VD_OK && set->ground.count > 0) {
         status = vd_terrain_draw_under(set->renderer->ground, job, camera, !set->frozen, frame);
