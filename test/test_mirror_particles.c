@@ -202,7 +202,7 @@ static void what_is_refined_changes_at_once(void **state) {
 
 static void budgets_are_kept(void **state) {
     (void)state;
-    const uint32_t most = 9000;
+    const uint32_t most = 18000;
     begin((size_t)8 << 20, true, most);
     int seen = 0;
     for (int i = 0; i < (test_is_reduced() ? 40 : 120); i++) {

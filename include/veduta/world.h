@@ -98,8 +98,8 @@ VD_API VD_MUST_USE vd_status vd_world_arrange(vd_world *world, vd_job *job);
 /* Number of placed objects, without groups. */
 VD_API size_t vd_world_object_count(const vd_world *world);
 
-/* Whether some of them are particles. */
-VD_API bool vd_world_has_particles(const vd_world *world);
+/* Number of particles in its brick files, placed or not. */
+VD_API uint64_t vd_world_particle_count(const vd_world *world);
 
 /* Returns an object by its id, null when there is none; it lives until the next arranging. */
 VD_API const vd_object *vd_world_find(const vd_world *world, uint64_t id);

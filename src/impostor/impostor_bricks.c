@@ -17,14 +17,13 @@
 #include "splat/brick_pack.h"
 #include "splat/brick_walk.h"
 
-/* How far, root mean square, data may be on the screen from what first stands for it, pixels,
- * unless there are more particles than there is room for. */
-#define COARSE_PX 16.0
+/* How far, root mean square, data may be on the screen from what first stands for it, pixels. */
+#define COARSE_PX 4.0
 
 /* What a file's node is to a choice. Part: leads to what is of the order; whole: it, or all below
- * it that is in sight, may be the client's; top: and not what is above it; taken: and the client
- * has a cut of it; left: it has not. */
-enum { MARK_NONE = 0, MARK_PART, MARK_WHOLE, MARK_TOP, MARK_TAKEN, MARK_LEFT };
+ * it that is in sight, may be the client's; taken: and the client has a cut of it; left: it has
+ * not. */
+enum { MARK_NONE = 0, MARK_PART, MARK_WHOLE, MARK_TAKEN, MARK_LEFT };
 
 /* One file's nodes, as the camera sees them. */
 typedef struct looking {
@@ -46,8 +45,6 @@ typedef struct choosing {
     const vd_impostor_view *view;
     vd_impostor_spent *spent;
     looking look;
-    uint64_t reserved;  /* particles of what is to be chosen yet, as coarse as can be */
-    bool unreserved;    /* that is too much: nothing is */
     vd_list candidates; /* uint32_t stands, the nearest first */
     vd_list nodes;      /* uint32_t bricks of one node's cut */
     vd_list heap;       /* coarse, the most worth first */
@@ -123,7 +120,7 @@ static uint64_t cost_of(const choosing *c, uint32_t node) {
 
 /* Whether more particles fit. */
 static bool has_room(const choosing *c, uint64_t more) {
-    return c->spent->particles + c->reserved + more <= c->set->def.placed_particles;
+    return c->spent->particles + more <= c->set->def.placed_particles;
 }
 
 /* Adds the nodes of a node's cut of so many pixels. False, and *status, when memory is out, or when
@@ -331,24 +328,6 @@ static vd_status use_nodes(choosing *c, uint64_t particles) {
     return status;
 }
 
-/* Sends a node, as the coarsest that there is of what is below it. */
-static vd_status send_node(choosing *c, uint32_t node) {
-    vd_impostors *set = c->set;
-    vd_status status = vd_success();
-    const uint32_t brick = vd_impostor_brick_of(set, c->look.asset, node);
-    if (brick == 0) {
-        return no_memory();
-    }
-    if (c->look.bricks->nodes[node].count <= VD_BRICK_BLOCK_MOST) {
-        const uint32_t one = brick - 1;
-        const needs n = needs_of(set, &one, 1);
-        if (!n.refused && c->spent->bytes + n.bytes <= set->def.placed_bytes) {
-            (void)take(c, &one, 1, &status);
-        }
-    }
-    return status;
-}
-
 /* Chooses a node if a cut of it fits, and sends what is missing of that. Until it is there the node
  * is drawn by what is, if that may be coarse: `anyway`. *taken: the client draws it; *never: nor
  * will it soon. */
@@ -357,7 +336,6 @@ static vd_status choose_node(choosing *c, uint32_t node, bool anyway, bool *take
     vd_status status = vd_success();
     uint64_t particles = 0;
     c->nodes.count = 0;
-    c->reserved -= c->unreserved ? 0 : cost_of(c, node);
     const bool fits = cut(c, node, COARSE_PX, &particles, &status);
     if (fits) {
         const needs n = needs_of(set, c->nodes.data, c->nodes.count);
@@ -365,43 +343,16 @@ static vd_status choose_node(choosing *c, uint32_t node, bool anyway, bool *take
         c->spent->full = c->spent->full || full;
         *never = full || n.refused;
         *taken = !*never && take(c, c->nodes.data, c->nodes.count, &status);
-    } else if (status.code == VD_OK) {
-        status = send_node(c, node);
+    } else {
+        *never = true;
     }
-    if (!*taken && status.code == VD_OK && (anyway || !fits)) {
+    if (!*taken && status.code == VD_OK && anyway) {
         particles = 0;
         c->nodes.count = 0;
         *taken = find_held(c, node, &particles, &status);
     }
     *never = *never && !*taken;
     return status.code == VD_OK && *taken ? use_nodes(c, particles) : status;
-}
-
-/* Of a great many particles the coarsest go first: sends what stands for a candidate. */
-static vd_status send_top(choosing *c, uint32_t number) {
-    const vd_cloud *cloud = vd_impostor_cloud(c->set, vd_impostor_stand_at(c->set, number)->node);
-    const vd_status status = look_at_file(c, cloud->bricks);
-    return status.code == VD_OK
-               ? send_node(c, top_of(&c->set->placing.files[cloud->bricks], cloud->root))
-               : status;
-}
-
-/* Reserves particles for what stands for a candidate, unless that is done. */
-static vd_status reserve(choosing *c, uint32_t number) {
-    const vd_cloud *cloud = vd_impostor_cloud(c->set, vd_impostor_stand_at(c->set, number)->node);
-    const vd_status status = look_at_file(c, cloud->bricks);
-    if (status.code == VD_OK) {
-        vd_impostor_file *file = &c->set->placing.files[cloud->bricks];
-        const uint32_t top = top_of(file, cloud->root);
-        c->reserved += file->marks[top] == MARK_WHOLE ? cost_of(c, top) : 0;
-        file->marks[top] = MARK_TOP;
-    }
-    return status;
-}
-
-/* Whether there are so many particles that the picture in front has them coarsely, too. */
-static bool is_heavy(const vd_impostors *set) {
-    return set->cloud_detail > 1.0;
 }
 
 /* Chooses what stands for a candidate, unless that is settled; then the candidate itself. */
@@ -416,10 +367,9 @@ static vd_status choose_cloud(choosing *c, uint32_t number) {
     vd_impostor_file *file = &set->placing.files[cloud->bricks];
     const uint32_t top = top_of(file, cloud->root);
     bool never = false;
-    if (file->marks[top] == MARK_TOP) {
+    if (file->marks[top] == MARK_WHOLE) {
         bool taken = false;
-        const bool before = stand->chosen_at > 0 && stand->chosen_at + 1 >= set->update;
-        const bool anyway = is_heavy(set) || before;
+        const bool anyway = stand->chosen_at > 0 && stand->chosen_at + 1 >= set->update;
         status = choose_node(c, top, anyway, &taken, &never);
         file->marks[top] = taken ? MARK_TAKEN : MARK_LEFT;
     }
@@ -585,16 +535,6 @@ static vd_status choose_all(choosing *c, const vd_list *ranks) {
         status = add_candidate(c, (const vd_impostor_rank *)ranks->data + i);
     }
     const uint32_t *candidates = c->candidates.data;
-    for (size_t i = 0; i < c->candidates.count && status.code == VD_OK; i++) {
-        status = reserve(c, candidates[i]);
-    }
-    if (c->reserved > set->def.placed_particles) { /* the nearest, as far as they go */
-        c->reserved = 0;
-        c->unreserved = true;
-    }
-    for (size_t i = 0; is_heavy(set) && i < c->candidates.count && status.code == VD_OK; i++) {
-        status = send_top(c, candidates[i]);
-    }
     for (size_t i = 0; i < c->candidates.count && status.code == VD_OK; i++) {
         status = choose_cloud(c, candidates[i]);
     }

@@ -18,9 +18,6 @@
 /* Models above that are left in the picture in front. */
 #define MOST_MODEL_BYTES ((size_t)4 << 20)
 
-/* Particles of a world are few up to so many times what the client draws. */
-#define FEW 4
-
 /* Instances of an order. */
 #define MOST_CHOSEN 512
 
@@ -61,7 +58,7 @@ static bool draws_models(const vd_impostors *set) {
 bool vd_impostors_may_place(const vd_impostors *set, uint32_t node) {
     uint32_t number;
     const vd_node *n = &set->world->nodes[node];
-    const bool particles = set->def.placed_bytes > 0 && set->placing.few_particles;
+    const bool particles = set->def.placed_bytes > 0 && set->def.placed_particles > 0;
     if (n->count > 0) { /* a group is as its parts are */
         return particles && n->loose && !n->grounded && !n->names;
     }
@@ -198,17 +195,6 @@ static void place_stand(vd_impostors *set, const vd_impostor_view *view, vd_impo
 
 /* ---- choosing ---------------------------------------------------------------------------------*/
 
-/* Whether all particles of the world together are not many more than the client draws: of more than
- * that coarse bricks would take the place of good pictures. */
-static bool are_few(const vd_impostors *set) {
-    uint64_t all = 0;
-    for (size_t i = 0; i < vd_world_asset_count(set->world); i++) {
-        const vd_asset *asset = &set->world->assets[i];
-        all += asset->kind == VD_ASSET_BRICKS ? asset->bricks->bricks->count : 0;
-    }
-    return all <= FEW * set->def.placed_particles;
-}
-
 vd_status vd_impostors_begin_placing(vd_impostors *set) {
     vd_impostor_placing *p = &set->placing;
     const size_t models = vd_world_asset_count(set->world), nodes = set->world->node_count;
@@ -218,7 +204,6 @@ vd_status vd_impostors_begin_placing(vd_impostors *set) {
     if (p->stand_of == NULL) {
         p->stand_of = vd_allocate_zero(set->context, nodes, sizeof *p->stand_of);
     }
-    p->few_particles = set->def.placed_particles > 0 && are_few(set);
     return p->models != NULL && p->stand_of != NULL
                ? vd_success()
                : vd_out_of_memory("what a client draws", nodes * sizeof *p->stand_of);

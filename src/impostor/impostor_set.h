@@ -179,7 +179,6 @@ typedef struct vd_impostor_placing {
     vd_list sent;              /* uint32_t bricks that go in this turn */
     vd_buffer blocks;          /* of these */
     size_t bytes;              /* of what the client has */
-    bool few_particles;        /* see impostor_placed.c */
 } vd_impostor_placing;
 
 struct vd_impostors {

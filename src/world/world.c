@@ -250,12 +250,13 @@ size_t vd_world_object_count(const vd_world *world) {
     return world->entry_list.count;
 }
 
-bool vd_world_has_particles(const vd_world *world) {
-    bool any = false;
-    for (size_t i = 0; i < world->entry_list.count && !any; i++) {
-        any = world->entries[i].object->kind == VD_OBJECT_PARTICLES;
+uint64_t vd_world_particle_count(const vd_world *world) {
+    uint64_t count = 0;
+    for (size_t i = 0; i < vd_world_asset_count(world); i++) {
+        const vd_asset *asset = &world->assets[i];
+        count += asset->kind == VD_ASSET_BRICKS ? asset->bricks->bricks->count : 0;
     }
-    return any;
+    return count;
 }
 
 const vd_node *vd_world_node(const vd_world *world, uint64_t id) {
