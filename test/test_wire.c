@@ -1,6 +1,7 @@
 /* The wire: every message comes back as it was, every bound holds, and no bytes do harm. */
 #include "support.h"
 #include <veduta/wire.h>
+#include "splat/brick_pack.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -35,6 +36,23 @@ static const uint32_t versions[5] = {1, 2, 3, 4, UINT32_MAX};
 static const float heights[6] = {0, 1.5f, -9, 8848, VD_WIRE_NO_GROUND, 3};
 static const float bad_heights[6] = {0, 0, 0, 0, 0, NAN};
 static const uint8_t picture[4 * 6 * 4] = {1, 2, 3};
+
+/* The block of a brick of one particle. */
+static vd_wire_bytes brick(void) {
+    static _Alignas(8) uint8_t block[320];
+    vd_brick_block_head head = {.magic = {'V', 'D', 'B', 'R', 'I', 'C', 'K', 1},
+                                .stands_for = 1.0,
+                                .count = 1,
+                                .color = {200, 100, 50, 255},
+                                .step = {1.0f, 1.0f, 1.0f},
+                                .radius = 0.5f,
+                                .opacity = 1.0f};
+    assert_int_equal(vd_brick_block_layout(1, 0).size_bytes, sizeof block);
+    memcpy(block, &head, sizeof head);
+    head.checksum = vd_brick_block_checksum(block, sizeof block);
+    memcpy(block, &head, sizeof head);
+    return (vd_wire_bytes){block, sizeof block};
+}
 
 static vd_wire_message make(vd_wire_side side, vd_wire_kind kind) {
     vd_wire_message m = {.kind = kind};
@@ -79,8 +97,7 @@ static vd_wire_message make(vd_wire_side side, vd_wire_kind kind) {
         m.as.order = (vd_wire_order){12, {ids, 5}};
         break;
     case VD_WIRE_GEOMETRY:
-        m.as.geometry =
-            (vd_wire_geometry){5, 1, VD_WIRE_BRICK, {1, 2, 3}, {picture, sizeof picture}};
+        m.as.geometry = (vd_wire_geometry){5, 1, VD_WIRE_BRICK, {1, 2, 3}, brick()};
         break;
     case VD_WIRE_INSTANCE:
         m.as.instance = (vd_wire_instance){.id = UINT64_MAX - 1,
