@@ -121,7 +121,8 @@ static void to_server(lab *l, const uint8_t *data, size_t size, bool greeted, bo
 
 static void to_client(lab *l, const uint8_t *data, size_t size, bool greeted, bool whole) {
     const vd_client_def usual = vd_client_def_default();
-    const vd_mirror_def def = {.memory_bytes = (size_t)4 << 20, .settings = usual.settings};
+    const vd_mirror_def def = {
+        .memory_bytes = (size_t)4 << 20, .settings = usual.settings, .particles = 4096};
     vd_mirror *mirror = NULL;
     vd_client_news news;
     double now_s = 1.0;

@@ -111,6 +111,10 @@ static void damaged_meshes_are_harmless(void **state) {
         passed += status.code == VD_OK;
     }
     assert_true(passed > 0 && passed < 15000);
+    /* Behind the last primitive: it is read with that. */
+    memcpy(copy, mesh, size);
+    ((uint32_t *)(uintptr_t)vd_mesh_indices(copy))[copy->index_count + 5] = UINT32_MAX;
+    assert_int_equal(vd_mesh_validate(copy, size).code, VD_ERROR_FORMAT);
     vd_release(context, copy);
     vd_model_destroy(&model);
     vd_context_destroy(&context);

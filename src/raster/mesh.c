@@ -299,11 +299,13 @@ static bool positions_fit(const vd_mesh *mesh) {
     return fit;
 }
 
+/* Indices behind the last primitive are read with it: 0, as they were made. */
 static bool primitives_fit(const vd_mesh *mesh) {
     const uint32_t *indices = vd_mesh_indices(mesh);
+    const size_t bytes = (size_t)(mesh->part_offset_bytes - mesh->index_offset_bytes);
     bool fit = true;
-    for (size_t i = 0; i < mesh->index_count && fit; i++) {
-        fit = indices[i] < mesh->vertex_count;
+    for (size_t i = 0; i < bytes / sizeof *indices && fit; i++) {
+        fit = i < mesh->index_count ? indices[i] < mesh->vertex_count : indices[i] == 0;
     }
     uint64_t at = 0;
     for (uint32_t i = 0; i < mesh->part_count && fit; i++) {
