@@ -27,6 +27,21 @@ static inline void begin_with(scene *s, int threads, int balls, const vd_imposto
     assert_ok(vd_impostors_create(s->context, s->world, s->renderer, def, &s->set));
 }
 
+/* Five balls on hills, and a cloud of 30,000 particles in objects of 1,000 in the file `path`. */
+static inline void begin_cloud(scene *s, const char *path, vd_vec3 middle, vd_vec3 extent,
+                               const vd_impostor_def *def) {
+    const vd_vec3 origin = {0, 0, 0};
+    const vd_particle_look look = cloud_look();
+    *s = (scene){.context = test_context(2, VD_ISA_AUTO)};
+    s->map = hills(s->context, origin);
+    s->world = make_world(s->context, s->map, origin, 5, 3);
+    vd_bricks *bricks = open_cloud(s->context, path, 30000, middle, extent, 200);
+    assert_true(add_cloud(s->world, bricks, &look, 1000) > 30);
+    assert_ok(vd_world_arrange(s->world, NULL));
+    assert_ok(vd_world_renderer_create(s->context, NULL, s->world, NULL, &s->renderer));
+    assert_ok(vd_impostors_create(s->context, s->world, s->renderer, def, &s->set));
+}
+
 static inline void begin(scene *s, int balls, const vd_impostor_def *def) {
     begin_with(s, 2, balls, def);
 }

@@ -152,15 +152,8 @@ static void particles_come_too(void **state) {
     static const char path[] = VEDUTA_BINARY_DIR "/test-impostor-painter.vdp";
     const vd_vec3 middle = {0, 900, 120}, origin = {0, 0, 0};
     const vd_impostor_def def = in_background();
-    const vd_particle_look look = cloud_look();
-    scene s = {.context = test_context(2, VD_ISA_AUTO)};
-    s.map = hills(s.context, origin);
-    s.world = make_world(s.context, s.map, origin, 5, 3);
-    vd_bricks *bricks = open_cloud(s.context, path, 30000, middle, vd_vec3_make(200, 200, 80), 200);
-    assert_true(add_cloud(s.world, bricks, &look, 1000) > 30);
-    assert_ok(vd_world_arrange(s.world, NULL));
-    assert_ok(vd_world_renderer_create(s.context, NULL, s.world, NULL, &s.renderer));
-    assert_ok(vd_impostors_create(s.context, s.world, s.renderer, &def, &s.set));
+    scene s;
+    begin_cloud(&s, path, middle, vd_vec3_make(200, 200, 80), &def);
     vd_frame *frame = NULL;
     assert_ok(vd_frame_create(s.context, WIDTH, HEIGHT, 0, &frame));
     vd_camera camera = looking(origin);

@@ -632,15 +632,8 @@ static void particles_have_pictures(void **state) {
     vd_impostor_def def = patient();
     def.settle = false;
     def.direct_samples = 4;
-    const vd_particle_look look = cloud_look();
-    scene s = {.context = test_context(2, VD_ISA_AUTO)};
-    s.map = hills(s.context, origin);
-    s.world = make_world(s.context, s.map, origin, 5, 3);
-    vd_bricks *bricks = open_cloud(s.context, path, 30000, middle, vd_vec3_make(200, 200, 80), 200);
-    assert_true(add_cloud(s.world, bricks, &look, 1000) > 30);
-    assert_ok(vd_world_arrange(s.world, NULL));
-    assert_ok(vd_world_renderer_create(s.context, NULL, s.world, NULL, &s.renderer));
-    assert_ok(vd_impostors_create(s.context, s.world, s.renderer, &def, &s.set));
+    scene s;
+    begin_cloud(&s, path, middle, vd_vec3_make(200, 200, 80), &def);
     vd_camera camera = looking(origin);
     camera.orientation = vd_orientation_look_at(camera.eye, middle);
     for (int i = 0; i < 5; i++) {
@@ -689,16 +682,8 @@ static void particles_may_be_coarse(void **state) {
     vd_impostor_def def = patient();
     def.settle = false;
     def.least_reuse = 1e9; /* all is drawn itself */
-    const vd_particle_look look = cloud_look();
-    scene s = {.context = test_context(2, VD_ISA_AUTO)};
-    s.map = hills(s.context, origin);
-    s.world = make_world(s.context, s.map, origin, 5, 3);
-    vd_bricks *bricks =
-        open_cloud(s.context, path, 30000, middle, vd_vec3_make(300, 200, 150), 200);
-    assert_true(add_cloud(s.world, bricks, &look, 1000) > 30);
-    assert_ok(vd_world_arrange(s.world, NULL));
-    assert_ok(vd_world_renderer_create(s.context, NULL, s.world, NULL, &s.renderer));
-    assert_ok(vd_impostors_create(s.context, s.world, s.renderer, &def, &s.set));
+    scene s;
+    begin_cloud(&s, path, middle, vd_vec3_make(300, 200, 150), &def);
     vd_camera camera = looking(origin);
     camera.orientation = vd_orientation_look_at(camera.eye, middle);
     vd_frame *frames[4];
