@@ -129,12 +129,12 @@ static vd_status change_surface(world *w, vd_job *job, const vd_render_settings 
     vd_world_scene *scene = w->scene;
     const double before = scene->look.exaggeration;
     vd_world_renderer *made = NULL;
+    vd_impostors_destroy(&w->impostors); /* a thread of theirs looks at all this */
     vd_status status = vd_render_terrain_colormap(w->context, s, &scene->scene, &scene->colormap);
     if (status.code != VD_OK) {
         return status;
     }
     scene->look = vd_render_terrain_def(s, &scene->scene, &scene->colormap);
-    vd_impostors_destroy(&w->impostors);
     if (scene->look.exaggeration != before && w->renderer != NULL) {
         vd_world_renderer_destroy(&w->renderer);
         status = vd_world_scene_rebuild(scene, &run);
@@ -160,8 +160,8 @@ static vd_status look(void *user, vd_job *job, const vd_render_settings *setting
         status = change_surface(w, job, &s);
     } else if (!same_light(&s, &w->looked)) {
         vd_world_scene *scene = w->scene;
-        scene->look.light = vd_render_terrain_def(&s, &scene->scene, &scene->colormap).light;
         vd_impostors_destroy(&w->impostors); /* they show the old light */
+        scene->look.light = vd_render_terrain_def(&s, &scene->scene, &scene->colormap).light;
         w->looked.sun_azimuth = NAN; /* a failure leaves colours unfinished: do them again */
         status = vd_world_renderer_light(w->renderer, job, &scene->look.light);
     }
