@@ -320,7 +320,7 @@ static void rest_comes_with_any_memory(void **state) {
     (void)state;
     enum { WIDE = 600, HIGH = 440, UPDATES = 120, RESTING = 20 };
     size_t memory = (size_t)256 << 20;
-    for (int i = 0; i < (test_is_reduced() ? 3 : 8); i++) {
+    for (int i = 0; i < (test_is_reduced() ? 2 : 8); i++) {
         scene s;
         vd_impostor_def def = patient();
         def.settle = false;

@@ -188,7 +188,7 @@ static void what_is_refined_changes_at_once(void **state) {
         for (int k = 0; k < 4; k++) {
             vd_client_shown shown;
             pass(0.005);
-            if (test_is_reduced() && (i + k) % 4 != 0) {
+            if (test_is_reduced() && (i + k) % 8 != 0) {
                 continue; /* a direct picture for each takes the time */
             }
             const double error = compare(&camera, &shown);
@@ -223,7 +223,7 @@ static void budgets_are_kept(void **state) {
     end();
     /* So little memory that bricks have to go. */
     begin((size_t)4 << 20, true, 1u << 20);
-    for (int i = 0; i < (test_is_reduced() ? 40 : 200); i++) {
+    for (int i = 0; i < (test_is_reduced() ? 20 : 200); i++) {
         const vd_camera camera = view(60 * sin(0.1 * i), -90 + 0.9 * i);
         look(&camera);
         pass(0.02);
