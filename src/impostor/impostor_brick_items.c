@@ -1,7 +1,7 @@
 /* impostor_brick_items.c: bricks of particles as a client gets, holds and loses them. */
 #include <math.h>
 #include "core/core.h"
-#include "impostor/impostor_set.h"
+#include "impostor/impostor_placed.h"
 #include "splat/brick_pack.h"
 #include "splat/brick_walk.h"
 
@@ -10,14 +10,6 @@
 
 /* Particles of an object that are looked at. */
 #define LOOKED_AT 48
-
-static const vd_brick_asset *asset_of(const vd_impostors *set, uint32_t asset) {
-    return set->world->assets[asset].bricks;
-}
-
-static vd_status no_memory(void) {
-    return vd_out_of_memory("particles that a client draws", sizeof(vd_impostor_brick));
-}
 
 /* ---- files and bricks -------------------------------------------------------------------------*/
 
@@ -28,13 +20,13 @@ vd_status vd_impostors_open_file(vd_impostors *set, uint32_t asset) {
             vd_allocate_zero(set->context, vd_world_asset_count(set->world), sizeof *p->files);
     }
     if (p->files == NULL) {
-        return no_memory();
+        return vd_impostor_no_memory();
     }
     vd_impostor_file *file = &p->files[asset];
     if (file->parents != NULL) {
         return vd_success();
     }
-    const vd_bricks *bricks = asset_of(set, asset)->bricks;
+    const vd_bricks *bricks = vd_impostor_particles(set, asset)->bricks;
     uint32_t *parents = vd_allocate(set->context, bricks->node_count, sizeof *parents);
     file->brick_of = vd_allocate_zero(set->context, bricks->node_count, sizeof *file->brick_of);
     file->marks = vd_allocate_zero(set->context, bricks->node_count, 1);
@@ -45,7 +37,7 @@ vd_status vd_impostors_open_file(vd_impostors *set, uint32_t asset) {
         vd_release(set->context, file->marks);
         vd_release(set->context, file->whole);
         *file = (vd_impostor_file){.parents = NULL};
-        return no_memory();
+        return vd_impostor_no_memory();
     }
     vd_brick_find_parents(bricks, parents);
     file->parents = parents;
@@ -78,7 +70,7 @@ vd_impostor_brick *vd_impostor_find_brick(const vd_impostors *set, uint64_t id) 
     const uint32_t node = (uint32_t)id;
     if (id >> 56 != BRICK_IDS >> 56 || p->files == NULL ||
         asset >= vd_world_asset_count(set->world) || p->files[asset].parents == NULL ||
-        node >= asset_of(set, (uint32_t)asset)->bricks->node_count ||
+        node >= vd_impostor_particles(set, (uint32_t)asset)->bricks->node_count ||
         p->files[asset].brick_of[node] == 0) {
         return NULL;
     }
@@ -92,10 +84,11 @@ uint32_t vd_impostor_brick_of(vd_impostors *set, uint32_t asset, uint32_t node) 
         if (made == NULL) {
             return 0;
         }
-        *made = (vd_impostor_brick){.asset = asset,
-                                    .node = node,
-                                    .bytes = vd_brick_pack_bytes(asset_of(set, asset)->bricks, node,
-                                                                 &asset_of(set, asset)->view)};
+        *made = (vd_impostor_brick){
+            .asset = asset,
+            .node = node,
+            .bytes = vd_brick_pack_bytes(vd_impostor_particles(set, asset)->bricks, node,
+                                         &vd_impostor_particles(set, asset)->view)};
         file->brick_of[node] = (uint32_t)set->placing.bricks.count;
     }
     return file->brick_of[node];
@@ -108,7 +101,8 @@ bool vd_impostor_cloud_is_hidden(const vd_impostors *set, const vd_impostor_stan
     const vd_cloud *cloud = vd_impostor_cloud(set, stand->node);
     vd_brick brick;
     int seen = 0, hidden = 0;
-    if (vd_bricks_brick(asset_of(set, cloud->bricks)->bricks, cloud->root, &brick).code != VD_OK) {
+    if (vd_bricks_brick(vd_impostor_particles(set, cloud->bricks)->bricks, cloud->root, &brick)
+            .code != VD_OK) {
         return true;
     }
     const uint32_t step = brick.count / LOOKED_AT + 1;
@@ -134,7 +128,7 @@ static double drop_of(const vd_impostors *set, const vd_bricks_node *n) {
 
 /* Packs a brick to `out`; what is damaged is left out, and its object skipped for a while. */
 static vd_status list_brick(vd_impostors *set, vd_impostor_brick *b, uint8_t *out, size_t *bytes) {
-    const vd_brick_asset *asset = asset_of(set, b->asset);
+    const vd_brick_asset *asset = vd_impostor_particles(set, b->asset);
     const vd_bricks_node *n = &asset->bricks->nodes[b->node];
     const vd_status status = vd_brick_pack(set->context, asset->bricks, b->node, &asset->view,
                                            &asset->splat, out, bytes);

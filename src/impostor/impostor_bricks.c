@@ -13,9 +13,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include "core/core.h"
-#include "impostor/impostor_set.h"
+#include "impostor/impostor_placed.h"
 #include "splat/brick_pack.h"
 #include "splat/brick_walk.h"
+#include "splat/splat_internal.h"
 
 /* How far, root mean square, data may be on the screen from what first stands for it, pixels. */
 #define COARSE_PX 4.0
@@ -51,14 +52,6 @@ typedef struct choosing {
     vd_list whole;      /* uint32_t bricks of the order */
 } choosing;
 
-static const vd_brick_asset *asset_of(const vd_impostors *set, uint32_t asset) {
-    return set->world->assets[asset].bricks;
-}
-
-static vd_status no_memory(void) {
-    return vd_out_of_memory("particles that a client draws", sizeof(vd_impostor_brick));
-}
-
 static bool add_number(vd_impostors *set, vd_list *list, uint32_t number) {
     uint32_t *to = vd_list_add(set->context, list, 1, sizeof *to);
     if (to != NULL) {
@@ -71,7 +64,7 @@ static bool add_number(vd_impostors *set, vd_list *list, uint32_t number) {
 
 static void look_at(const vd_impostors *set, const vd_impostor_view *view, uint32_t asset,
                     looking *look) {
-    const vd_brick_asset *a = asset_of(set, asset);
+    const vd_brick_asset *a = vd_impostor_particles(set, asset);
     const vd_camera *c = &view->camera;
     *look = (looking){.asset = asset, .bricks = a->bricks, .view = {.bricks = a->bricks}};
     look->walk =
@@ -110,8 +103,8 @@ static uint64_t cost_of(const choosing *c, uint32_t node) {
     double nearest;
     const double middle = vd_brick_walk_depth(&c->look.walk, n, &nearest);
     const double depth = fmax(middle, 0.5 * vd_vec3_length(size));
-    static const double supports[VD_SPLAT_KERNEL_COUNT] = {1.0, 1.0, 2.5, 2.0};
-    const double reach = supports[c->look.walk.def->kernel] / 2.5 * c->look.walk.margin;
+    const double reach = vd_splat_support(c->look.walk.def->kernel) /
+                         vd_splat_support(VD_SPLAT_GAUSSIAN) * c->look.walk.margin;
     const double side = 2.0 * reach * vd_brick_walk_scale(&c->look.walk, depth) + 1.0;
     const double most = 0.5 * VD_PLACED_OVERDRAW * c->view->width * c->view->height /
                         (double)c->set->def.placed_particles;
@@ -141,7 +134,7 @@ static bool cut(choosing *c, uint32_t node, double pixels, uint64_t *particles, 
     }
     const uint32_t brick = vd_impostor_brick_of(c->set, c->look.asset, node);
     if (brick == 0 || !add_number(c->set, &c->nodes, brick - 1)) {
-        *status = no_memory();
+        *status = vd_impostor_no_memory();
         return false;
     }
     return true;
@@ -180,7 +173,8 @@ static bool take(choosing *c, const uint32_t *bricks, size_t count, vd_status *s
         if (!here) {
             c->spent->fresh = fresh;
             c->spent->bytes += b->bytes;
-            *status = add_number(set, &set->placing.sent, bricks[i]) ? *status : no_memory();
+            *status =
+                add_number(set, &set->placing.sent, bricks[i]) ? *status : vd_impostor_no_memory();
         }
         b->used = set->update;
     }
@@ -195,7 +189,7 @@ static vd_status add_coarse(choosing *c, uint32_t brick) {
     const double worth = size / fmax(nearest, c->view->camera.near_m);
     coarse *heap = vd_list_add(c->set->context, &c->heap, 1, sizeof *heap);
     if (heap == NULL) {
-        return no_memory();
+        return vd_impostor_no_memory();
     }
     heap = c->heap.data;
     size_t at = c->heap.count - 1;
@@ -277,7 +271,7 @@ static vd_status add_candidate(choosing *c, const vd_impostor_rank *rank) {
     bool made;
     vd_impostor_stand *stand = vd_impostor_stand_of(set, rank->slot, &made);
     if (stand == NULL) {
-        return no_memory();
+        return vd_impostor_no_memory();
     }
     stand->distance = sqrt(rank->distance2);
     if (vd_impostor_is_skipped(set, rank->slot) || vd_impostor_was_left(stand, eye)) {
@@ -294,7 +288,7 @@ static vd_status add_candidate(choosing *c, const vd_impostor_rank *rank) {
         status = add_number(set, &c->candidates,
                             (uint32_t)(stand - (vd_impostor_stand *)set->placing.stands.data))
                      ? status
-                     : no_memory();
+                     : vd_impostor_no_memory();
     }
     return status;
 }
@@ -306,7 +300,7 @@ static bool find_held(choosing *c, uint32_t node, uint64_t *particles, vd_status
     const vd_impostor_brick *b = known != 0 ? vd_impostor_brick_at(c->set, known - 1) : NULL;
     if (b != NULL && (b->delivered || b->used == c->set->update)) {
         *particles += cost_of(c, node);
-        *status = add_number(c->set, &c->nodes, known - 1) ? *status : no_memory();
+        *status = add_number(c->set, &c->nodes, known - 1) ? *status : vd_impostor_no_memory();
         return status->code == VD_OK && has_room(c, *particles);
     }
     bool all = n->child_count > 0;
@@ -379,7 +373,7 @@ static vd_status choose_cloud(choosing *c, uint32_t number) {
     stand->chosen = file->marks[top] == MARK_TAKEN;
     stand->chosen_at = stand->chosen ? set->update : stand->chosen_at;
     return status.code == VD_OK && stand->chosen && !add_number(set, &set->placing.clouds, number)
-               ? no_memory()
+               ? vd_impostor_no_memory()
                : status;
 }
 
@@ -395,7 +389,7 @@ static bool list_children(choosing *c, uint32_t node, uint64_t *particles, vd_st
         const uint32_t brick = vd_impostor_brick_of(c->set, c->look.asset, i);
         sum += cost_of(c, i);
         can = brick != 0 && add_number(c->set, &c->nodes, brick - 1);
-        *status = can ? *status : no_memory();
+        *status = can ? *status : vd_impostor_no_memory();
         can = can && c->look.bricks->nodes[i].count <= VD_BRICK_BLOCK_MOST;
     }
     const uint64_t freed = cost_of(c, node);
@@ -407,7 +401,7 @@ static bool list_children(choosing *c, uint32_t node, uint64_t *particles, vd_st
 static vd_status refine(choosing *c, const coarse *node) {
     vd_impostors *set = c->set;
     const vd_impostor_brick parent = *vd_impostor_brick_at(set, node->brick);
-    const double detail = asset_of(set, parent.asset)->view.detail_px;
+    const double detail = vd_impostor_particles(set, parent.asset)->view.detail_px;
     vd_status status = look_at_file(c, parent.asset); /* which is open */
     uint64_t particles = 0;
     bool can = node->size > (detail == 0.0 ? 0.5 : detail) &&
@@ -419,7 +413,7 @@ static vd_status refine(choosing *c, const coarse *node) {
         can = !full && !more.refused && take(c, c->nodes.data, c->nodes.count, &status);
     }
     if (!can && status.code == VD_OK) {
-        status = add_number(set, &c->whole, node->brick) ? status : no_memory();
+        status = add_number(set, &c->whole, node->brick) ? status : vd_impostor_no_memory();
     }
     return can && status.code == VD_OK ? use_nodes(c, particles) : status;
 }
@@ -443,7 +437,9 @@ static vd_status emit(vd_impostors *set, const looking *look, uint32_t node) {
     const vd_impostor_file *file = &set->placing.files[look->asset];
     vd_status status = vd_success();
     if (file->marks[node] == MARK_WHOLE) {
-        return add_number(set, &set->placing.cut, file->brick_of[node] - 1) ? status : no_memory();
+        return add_number(set, &set->placing.cut, file->brick_of[node] - 1)
+                   ? status
+                   : vd_impostor_no_memory();
     }
     uint32_t children[8];
     const uint32_t count =
@@ -485,7 +481,7 @@ static vd_status find_runs(choosing *c, vd_list *runs) {
         if (any) {
             run *to = vd_list_add(set->context, runs, 1, sizeof *to);
             if (to == NULL) {
-                return no_memory();
+                return vd_impostor_no_memory();
             }
             const vd_vec3 way =
                 vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), c->view->camera.eye);

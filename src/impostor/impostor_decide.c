@@ -10,7 +10,7 @@
 #include <math.h>
 #include <stddef.h>
 #include "core/core.h"
-#include "impostor/impostor_set.h"
+#include "impostor/impostor_placed.h"
 
 #define HYSTERESIS 1.25
 

@@ -163,9 +163,11 @@ void vd_impostor_pace_learn(const vd_impostors *set, vd_impostor_pace *pace, dou
         return; /* a virtual clock does not look at the machine */
     }
     if (took_s > most_s && pace->level < pace->last) {
-        *pace = (vd_impostor_pace){pace->level + 1, 0, pace->last};
+        pace->level++;
+        pace->frames = 0;
     } else if (pace->level > 0 && took_s * finer * finer < 0.7 * most_s) {
-        *pace = (vd_impostor_pace){pace->level - 1, 0, pace->last};
+        pace->level--;
+        pace->frames = 0;
     }
 }
 
@@ -221,7 +223,7 @@ static vd_status draw_coarsely(vd_impostors *set, vd_job *job, const vd_camera *
     return status.code == VD_OK ? vd_impostors_enlarge(set, job, sides, frame) : status;
 }
 
-/* Draws the front, and chooses how coarse the next one is: it may take half of a frame's time. */
+/* Draws the front, and chooses how coarse the next one is. */
 static vd_status draw_scaled(vd_impostors *set, vd_job *job, const vd_camera *camera,
                              const vd_world_part *part, rectangle in, vd_frame *frame,
                              vd_world_stats *stats) {

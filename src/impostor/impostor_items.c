@@ -16,6 +16,7 @@
 #include <string.h>
 #include "core/core.h"
 #include "image/image.h"
+#include "impostor/impostor_placed.h"
 #include "impostor/impostor_pool.h"
 #include "terrain/lens_renderer.h"
 
@@ -334,8 +335,7 @@ static uint64_t contents_of(const vd_impostors *set, bool *any) {
     }
     const uint32_t *shown = set->shown.data;
     for (size_t i = 0; vd_impostors_shown_in_front(set) && i < set->shown.count; i++) {
-        const vd_impostor_slot *slot = vd_impostor_slot_at(set, shown[i]);
-        hash = mix(hash, slot->now.version);
+        hash = mix(hash, vd_impostor_slot_at(set, shown[i])->now.version);
         *any = true;
     }
     return hash;

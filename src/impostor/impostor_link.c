@@ -15,12 +15,8 @@
 /* Bytes of pictures that wait for a client. */
 #define MOST_AHEAD ((size_t)1 << 20)
 
-static size_t bytes_of(const vd_impostor_picture *picture) {
-    return (size_t)picture->width * (size_t)picture->height * 4;
-}
-
 static size_t sent_bytes(const vd_impostor_picture *picture) {
-    return picture->packed > 0 ? picture->packed : bytes_of(picture);
+    return picture->packed > 0 ? picture->packed : vd_impostor_picture_bytes(picture);
 }
 
 void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
@@ -33,14 +29,14 @@ void vd_impostors_replace(vd_impostors *set, vd_impostor_slot *slot,
     vd_impostor_release(set, &slot->now);
     slot->now = *made;
     slot->empty = made->empty;
-    slot->bytes = bytes_of(made);
+    slot->bytes = vd_impostor_picture_bytes(made);
     slot->born_s = set->time_s;
     slot->born = set->update;
     slot->failures = 0;
     slot->changed = made->version <= slot->since;
     set->stats.uploads++;
     set->stats.bytes_sent += sent_bytes(made);
-    set->stats.pixels_sent += bytes_of(made) / 4;
+    set->stats.pixels_sent += vd_impostor_picture_bytes(made) / 4;
 }
 
 double vd_impostors_send(vd_impostors *set, size_t bytes) {
@@ -71,7 +67,7 @@ vd_status vd_impostors_take(vd_impostors *set, vd_impostor_slot *slot, vd_impost
         set->def.ship ? (double)INFINITY : vd_impostors_send(set, sent_bytes(made));
     *to = (vd_impostor_sending){*made, set->slot_of[slot->node] - 1, arrives_s};
     slot->coming = true;
-    set->sending_bytes += bytes_of(made);
+    set->sending_bytes += vd_impostor_picture_bytes(made);
     return vd_success();
 }
 
@@ -81,7 +77,7 @@ void vd_impostors_receive(vd_impostors *set) {
     for (; arrived < set->sending.count && sending[arrived].arrives_s <= set->time_s; arrived++) {
         vd_impostor_slot *slot = vd_impostor_slot_at(set, sending[arrived].slot);
         slot->coming = false;
-        set->sending_bytes -= bytes_of(&sending[arrived].picture);
+        set->sending_bytes -= vd_impostor_picture_bytes(&sending[arrived].picture);
         vd_impostors_replace(set, slot, &sending[arrived].picture);
     }
     if (arrived > 0) {

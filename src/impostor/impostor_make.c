@@ -218,7 +218,7 @@ void vd_impostor_paint(const vd_impostor_brush *brush, vd_job *job, vd_impostor_
 /* Hands a picture over that the set now has. */
 static vd_status keep(vd_impostors *set, vd_impostor_slot *slot, vd_impostor_picture *made) {
     set->stats.pictures++;
-    set->bytes += (size_t)made->width * (size_t)made->height * 4;
+    set->bytes += vd_impostor_picture_bytes(made);
     return vd_impostors_take(set, slot, made);
 }
 

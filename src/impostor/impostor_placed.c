@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "core/core.h"
-#include "impostor/impostor_set.h"
+#include "impostor/impostor_placed.h"
 
 /* Models above that are left in the picture in front. */
 #define MOST_MODEL_BYTES ((size_t)4 << 20)
@@ -482,15 +482,17 @@ static bool is_hidden(const vd_impostors *set, const vd_impostor_stand *stand,
     return hidden > VD_IMPOSTOR_MOST_HIDDEN * seen;
 }
 
+typedef bool hidden_test(const vd_impostors *set, const vd_impostor_stand *stand,
+                         const vd_camera *camera, const vd_frame *front);
+
 /* Leaves those of a list that are hidden. */
-static bool hide(vd_impostors *set, const vd_list *list, const vd_camera *camera,
+static bool hide(vd_impostors *set, const vd_list *list, hidden_test *test, const vd_camera *camera,
                  const vd_frame *front) {
     const uint32_t *chosen = list->data;
     bool any = false;
     for (size_t i = 0; i < list->count; i++) {
         vd_impostor_stand *stand = vd_impostor_stand_at(set, chosen[i]);
-        if ((list == &set->placing.clouds ? vd_impostor_cloud_is_hidden
-                                          : is_hidden)(set, stand, camera, front)) {
+        if (test(set, stand, camera, front)) {
             vd_impostor_leave(stand, camera->eye);
             any = true;
         }
@@ -499,8 +501,9 @@ static bool hide(vd_impostors *set, const vd_list *list, const vd_camera *camera
 }
 
 bool vd_impostors_hide_placed(vd_impostors *set, const vd_camera *camera, const vd_frame *front) {
-    const bool models = hide(set, &set->placing.chosen, camera, front);
-    return hide(set, &set->placing.clouds, camera, front) || models;
+    const vd_impostor_placing *p = &set->placing;
+    const bool models = hide(set, &p->chosen, is_hidden, camera, front);
+    return hide(set, &p->clouds, vd_impostor_cloud_is_hidden, camera, front) || models;
 }
 
 void vd_impostors_unchoose_placed(vd_impostors *set) {

@@ -3,7 +3,7 @@
  */
 #include <stdlib.h>
 #include "core/core.h"
-#include "impostor/impostor_set.h"
+#include "impostor/impostor_placed.h"
 
 /* First bytes of ids; see impostor_items.c. */
 #define MODEL_IDS ((uint64_t)253 << 56)

@@ -4,6 +4,7 @@
 #include <string.h>
 #include "core/core.h"
 #include "impostor/impostor_painter.h"
+#include "impostor/impostor_placed.h"
 #include "impostor/impostor_pool.h"
 
 vd_impostor_def vd_impostor_def_default(void) {
@@ -164,7 +165,7 @@ bool vd_impostors_settled(const vd_impostors *set) {
 
 void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
     if (picture->rgba != NULL) {
-        set->bytes -= (size_t)picture->width * (size_t)picture->height * 4;
+        set->bytes -= vd_impostor_picture_bytes(picture);
         set->stats.pictures--;
         if (picture->pooled != NULL) {
             vd_impostor_pool_give_up(picture->pooled);
@@ -317,10 +318,6 @@ static void learn_far(vd_impostors *set, uint64_t pixels, double took_s) {
     }
 }
 
-static size_t picture_bytes(const vd_impostor_picture *p) {
-    return p->rgba != NULL ? 4 * (size_t)p->width * (size_t)p->height : 0;
-}
-
 /* Takes those wishes out whose pictures would only push others out that are shown now: there is no
  * memory for them. Wishes are sorted. */
 static void leave_out(vd_impostors *set, double detail) {
@@ -329,14 +326,15 @@ static void leave_out(vd_impostors *set, double detail) {
     size_t kept = 0;
     for (uint32_t i = 0; i < set->slots.count; i++) {
         const vd_impostor_slot *slot = vd_impostor_slot_at(set, i);
-        room += slot->used < set->update
-                    ? (double)(picture_bytes(&slot->now) + picture_bytes(&slot->before))
-                    : 0.0;
+        room += slot->used < set->update ? (double)(vd_impostor_picture_bytes(&slot->now) +
+                                                    vd_impostor_picture_bytes(&slot->before))
+                                         : 0.0;
     }
     for (size_t i = 0; i < set->wishes.count; i++) {
         const vd_impostor_slot *slot = vd_impostor_slot_at(set, wishes[i].slot);
         const double guess = 4.0 * BOUND_SHARE * wishes[i].area * detail * detail;
-        const double takes = fmax(guess, (double)slot->bytes) - (double)picture_bytes(&slot->now);
+        const double takes =
+            fmax(guess, (double)slot->bytes) - (double)vd_impostor_picture_bytes(&slot->now);
         if (takes <= 0.0 || takes <= room) {
             room -= takes > 0.0 ? takes : 0.0;
             wishes[kept++] = wishes[i];

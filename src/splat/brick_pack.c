@@ -12,8 +12,7 @@ static bool has_color(const vd_brick_view_def *view) {
     return view->color != VD_BRICK_COLOR_CONSTANT;
 }
 
-/* The attribute of radii; −1: one for all. */
-static int radius_of(const vd_bricks *bricks, const vd_brick_view_def *view) {
+int vd_brick_radius_of(const vd_bricks *bricks, const vd_brick_view_def *view) {
     int radius = -1;
     for (uint32_t a = 0; a < bricks->attribute_count && view->radius_m <= 0.0; a++) {
         radius = bricks->attributes[a].kind == VD_ATTRIBUTE_RADIUS ? (int)a : radius;
@@ -22,7 +21,7 @@ static int radius_of(const vd_bricks *bricks, const vd_brick_view_def *view) {
 }
 
 size_t vd_brick_pack_bytes(const vd_bricks *bricks, uint32_t node, const vd_brick_view_def *view) {
-    const uint32_t parts = (radius_of(bricks, view) >= 0 ? VD_BLOCK_RADII : 0u) |
+    const uint32_t parts = (vd_brick_radius_of(bricks, view) >= 0 ? VD_BLOCK_RADII : 0u) |
                            (has_color(view) ? VD_BLOCK_COLORS : 0u);
     return vd_brick_block_layout(bricks->nodes[node].count, parts).size_bytes;
 }
@@ -144,7 +143,7 @@ vd_status vd_brick_pack(vd_context *context, const vd_bricks *bricks, uint32_t n
         vd_rgba8 *colors = (vd_rgba8 *)(values + count);
         uint16_t *radii = (uint16_t *)(colors + count);
         vd_brick_block_head head;
-        const int radius = radius_of(bricks, view);
+        const int radius = vd_brick_radius_of(bricks, view);
         fill_head(bricks, n, &brick, view, &head);
         if (radius >= 0) {
             vd_bricks_values(bricks, &brick, radius, values);

@@ -54,6 +54,9 @@ uint64_t vd_brick_block_checksum(const void *block, size_t size_bytes);
 void vd_brick_stand_in(double radius, double each, double opacity, double pixels, double nearest,
                        double *factor, float *out);
 
+/* The attribute of the radii that a view draws; −1: one for all. */
+int vd_brick_radius_of(const vd_bricks *bricks, const vd_brick_view_def *view);
+
 /* The bytes that a node's block takes at most, looked at as `view` has it. */
 size_t vd_brick_pack_bytes(const vd_bricks *bricks, uint32_t node, const vd_brick_view_def *view);
 

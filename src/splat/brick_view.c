@@ -4,6 +4,7 @@
 #include "core/core.h"
 #include "splat/brick_pack.h"
 #include "splat/brick_walk.h"
+#include "splat/splat_internal.h"
 
 #define MEMORY_DEFAULT ((size_t)1 << 30)
 
@@ -259,10 +260,7 @@ static vd_status prepare(vd_brick_walk *w, vd_job *job) {
     struct vd_brick_view_parts *parts = w->view->parts;
     const vd_bricks *bricks = w->view->bricks;
     preparation p = {w, vd_bricks_find(bricks, "red"), vd_bricks_find(bricks, "green"),
-                     vd_bricks_find(bricks, "blue"), -1};
-    for (uint32_t a = 0; a < bricks->attribute_count && w->def->radius_m <= 0.0; a++) {
-        p.radius = bricks->attributes[a].kind == VD_ATTRIBUTE_RADIUS ? (int)a : p.radius;
-    }
+                     vd_bricks_find(bricks, "blue"), vd_brick_radius_of(bricks, w->def)};
     vd_status status = find_memory(w, &p);
     if (status.code != VD_OK) {
         return status;
@@ -340,7 +338,7 @@ double vd_brick_view_reach(const vd_bricks *bricks, const vd_brick_view_def *def
         radius = (double)bricks->nodes[i].radius_max > radius ? (double)bricks->nodes[i].radius_max
                                                               : radius;
     }
-    return 2.5 * grow * radius; /* the widest kernel */
+    return vd_splat_support(VD_SPLAT_GAUSSIAN) * grow * radius; /* the widest kernel */
 }
 
 vd_status vd_brick_view_update(vd_brick_view *view, vd_job *job, const vd_brick_view_def *def,

@@ -131,6 +131,9 @@ typedef struct vd_splat_point {
 
 /* ---- splat_shape.c --------------------------------------------------------------------------- */
 
+/* How far a kernel reaches, in radii; VD_SPLAT_GAUSSIAN the farthest. */
+double vd_splat_support(vd_splat_kernel kernel);
+
 /* Fills the profile of a gaussian or sph kernel. */
 void vd_splat_profile_init(vd_splat_profile *profile, vd_splat_kernel kernel);
 

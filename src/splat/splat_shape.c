@@ -10,6 +10,12 @@
 #define GAUSSIAN_SUPPORT 2.5
 #define SPH_SUPPORT 2.0
 
+double vd_splat_support(vd_splat_kernel kernel) {
+    return kernel == VD_SPLAT_GAUSSIAN ? GAUSSIAN_SUPPORT
+           : kernel == VD_SPLAT_SPH    ? SPH_SUPPORT
+                                       : 1.0;
+}
+
 /* The cubic spline of smoothing length 1 (Monaghan 1992), 1 at the middle. */
 static double spline(double q) {
     const double rest = 2.0 - q;
@@ -57,7 +63,7 @@ vd_splat_shape vd_splat_shape_of(vd_splat_kernel kernel, const vd_splat_profile 
         shape.area = (float)VD_PI;
     } else if (kernel != VD_SPLAT_BOX) {
         const bool gaussian = kernel == VD_SPLAT_GAUSSIAN;
-        shape.support = (float)(gaussian ? GAUSSIAN_SUPPORT : SPH_SUPPORT);
+        shape.support = (float)vd_splat_support(kernel);
         shape.small = 0.5f * shape.support;
         shape.profile = &profiles[gaussian ? 0 : 1];
         shape.area = profile_area(shape.profile);

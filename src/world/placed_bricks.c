@@ -7,24 +7,18 @@
 #include <math.h>
 #include "core/core.h"
 #include "splat/brick_pack.h"
+#include "splat/splat_internal.h"
 #include "world/placed_bricks.h"
 
 /* Lists of one kernel after the other: each begins with the whole picture. */
 #define MOST_KERNELS 8
-
-/* A kernel's support, in radii. */
-static double support_of(const vd_brick_block *brick) {
-    return brick->head.kernel == VD_SPLAT_GAUSSIAN ? 2.5
-           : brick->head.kernel == VD_SPLAT_SPH    ? 2.0
-                                                   : 1.0;
-}
 
 /* Metres that a particle reaches beyond its middle at most: it may stand for so many that it is
  * drawn larger, though then it is a pixel. */
 double vd_placed_brick_reach(const vd_brick_block *brick) {
     const double own = brick->radius != NULL ? 65535.0 * (double)brick->head.radius_step
                                              : (double)brick->head.radius;
-    return support_of(brick) * own;
+    return vd_splat_support((vd_splat_kernel)brick->head.kernel) * own;
 }
 
 void vd_placed_brick_box(const vd_brick_block *brick, vd_vec3 *min, vd_vec3 *max) {
