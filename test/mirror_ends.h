@@ -86,4 +86,44 @@ static inline double compare(const vd_camera *camera, vd_client_shown *shown) {
     return vd_frame_error(e.frame, e.perfect);
 }
 
+/* ---- a server that a test plays ---- */
+
+static inline void say_in(uint32_t batch, const vd_wire_message *message) {
+    assert_ok(vd_wire_encode(e.wire, VD_WIRE_SERVER, batch, message, 1, &e.buffer));
+    vd_mirror_receive(e.mirror, e.buffer.data, e.buffer.bytes, e.now_s);
+}
+
+static inline void say(const vd_wire_message *message) {
+    say_in(0, message);
+}
+
+static inline void say_hello(void) {
+    const vd_wire_message hello = {.kind = VD_WIRE_HELLO,
+                                   .as.hello = {.version = VD_WIRE_VERSION, .name = "played"}};
+    say(&hello);
+    pass(0.01);
+}
+
+/* Draws; returns how many pixels show something. */
+static inline int drawn(const vd_camera *camera, vd_client_shown *shown) {
+    assert_ok(vd_mirror_draw(e.mirror, NULL, camera, e.frame, shown));
+    int pixels = 0;
+    for (int y = 0; y < e.frame->height; y++) {
+        for (int x = 0; x < e.frame->width; x++) {
+            pixels += e.frame->rgba[4 * (e.frame->stride * (size_t)y + (size_t)x) + 3] != 0;
+        }
+    }
+    return pixels;
+}
+
+/* Says something and expects to be told that it was wrong. */
+static inline void refuse(const vd_wire_message *m, const char *part) {
+    say(m);
+    const vd_client_news n = news();
+    if (n.state != VD_CLIENT_REFUSED || strstr(n.sentence, part) == NULL) {
+        fail_msg("%s: %s", vd_client_state_name(n.state), n.sentence);
+    }
+    end();
+}
+
 #endif

@@ -377,16 +377,11 @@ static void a_wrong_token_is_refused(void **state) {
 
 /* ---- with servers that do wrong ---------------------------------------------------------------*/
 
-static void say(uint32_t batch, const vd_wire_message *message) {
-    assert_ok(vd_wire_encode(e.wire, VD_WIRE_SERVER, batch, message, 1, &e.buffer));
-    vd_mirror_receive(e.mirror, e.buffer.data, e.buffer.bytes, e.now_s);
-}
-
 static void greet(unsigned version) {
     const vd_wire_message m = {
         .kind = VD_WIRE_HELLO,
         .as.hello = {.version = version, .capabilities = VD_CODEC_ALL, .name = "played"}};
-    say(0, &m);
+    say_in(0, &m);
 }
 
 static vd_wire_message picture(uint64_t id, int side, const uint8_t *rgba) {
@@ -430,7 +425,7 @@ static void every_fault_has_a_sentence(void **state) {
     expect(VD_CLIENT_REFUSED, "what it may not");
     begin((size_t)4 << 20, false);
     const vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, 2}}};
-    say(0, &order);
+    say_in(0, &order);
     expect(VD_CLIENT_REFUSED, "first message is a hello");
     begin((size_t)4 << 20, false);
     greet(VD_WIRE_VERSION + 1);
@@ -441,25 +436,25 @@ static void every_fault_has_a_sentence(void **state) {
     start();
     const vd_wire_message far_order = {.kind = VD_WIRE_ORDER,
                                        .as.order = {.camera = 7, .ids = {ids, 2}}};
-    say(1, &far_order);
+    say_in(1, &far_order);
     expect(VD_CLIENT_REFUSED, "camera that was not sent");
     start();
-    say(3, &order);
-    say(3, &order);
+    say_in(3, &order);
+    say_in(3, &order);
     expect(VD_CLIENT_REFUSED, "batch's number");
     start();
     vd_wire_message large = picture(1, 1024, rgba);
-    say(1, &large); /* just fits */
+    say_in(1, &large); /* just fits */
     assert_int_equal(news().held_bytes, (size_t)4 << 20);
-    say(2, &large); /* in its own place */
+    say_in(2, &large); /* in its own place */
     large.as.impostor.id = 2;
-    say(3, &large);
+    say_in(3, &large);
     expect(VD_CLIENT_REFUSED, "more memory");
     start();
     vd_wire_message damaged = picture(1, 8, rgba);
     damaged.as.impostor.codec = VD_CODEC_RUNS_ZSTD;
     damaged.as.impostor.picture.bytes = 9;
-    say(1, &damaged);
+    say_in(1, &damaged);
     expect(VD_CLIENT_REFUSED, "what it may not");
     start();
     vd_wire_message screen = {.kind = VD_WIRE_SCREEN};
@@ -468,7 +463,7 @@ static void every_fault_has_a_sentence(void **state) {
                                         .width = 512,
                                         .height = 512,
                                         .picture = {rgba, 4 * 512 * 512}};
-    say(1, &screen);
+    say_in(1, &screen);
     expect(VD_CLIENT_REFUSED, "nobody has asked");
     start();
     pass(31.0);
@@ -498,7 +493,7 @@ static void goodbyes_are_told_apart(void **state) {
          "gave up"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         start();
-        say(0, &cases[i].message);
+        say_in(0, &cases[i].message);
         expect(cases[i].state, cases[i].part);
     }
 }
@@ -510,7 +505,7 @@ static void orders_replacements_and_drops(void **state) {
     start();
     for (uint64_t id = 1; id <= 5; id++) {
         const vd_wire_message m = picture(id, 8, rgba);
-        say((uint32_t)id, &m);
+        say_in((uint32_t)id, &m);
     }
     const uint64_t ids[] = {3, 1, 9, 1, 2}, out[] = {1, 3}, in[] = {4, 5}, gone[] = {2, 4, 77};
     const vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, 5}}},
@@ -520,16 +515,16 @@ static void orders_replacements_and_drops(void **state) {
     camera.eye = vd_vec3_make(0, 0, 0);
     camera.orientation = vd_orientation_from_angles(0.0, 0.0, 0.0);
     vd_client_shown shown;
-    say(6, &order);
+    say_in(6, &order);
     assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, e.frame, &shown));
     assert_int_equal(shown.quads,
                      4); /* what is not held is left out, what comes twice is drawn so */
     assert_int_equal(e.frame->rgba[4 * (e.frame->stride * (HEIGHT / 2) + WIDTH / 2)], 255);
-    say(7, &replace);
+    say_in(7, &replace);
     assert_int_equal(news().ordered, 4);
     assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, e.frame, &shown));
     assert_int_equal(shown.quads, 3);
-    say(8, &drop);
+    say_in(8, &drop);
     assert_int_equal(news().held, 3);
     assert_int_equal(news().held_bytes, 3 * sizeof rgba);
     assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, e.frame, &shown));
@@ -549,7 +544,7 @@ static void replacements_have_a_bound(void **state) {
         ids[i] = 100 + (uint64_t)i;
     }
     const vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, 65000}}};
-    say(0, &order);
+    say_in(0, &order);
     for (int i = 0; i < 1000; i++) {
         many[i].kind = VD_WIRE_REPLACE;
         many[i].as.replace.out = (vd_wire_ids){ids + 3, 1};
@@ -566,7 +561,7 @@ static int ordered(const uint64_t *ids, int count) {
     camera.orientation = vd_orientation_from_angles(0.0, 0.0, 0.0);
     const vd_wire_message order = {.kind = VD_WIRE_ORDER, .as.order = {.ids = {ids, count}}};
     vd_client_shown shown;
-    say(0, &order);
+    say_in(0, &order);
     assert_ok(vd_mirror_draw(e.mirror, NULL, &camera, e.frame, &shown));
     pass(0.01);
     return shown.quads;
@@ -589,18 +584,18 @@ static void orders_have_a_bound(void **state) {
         m.as.impostor.corners[i][0] *= 99;
         m.as.impostor.corners[i][2] *= 99;
     }
-    say(0, &m);
+    say_in(0, &m);
     m.as.impostor.id = 2; /* behind the eye */
     for (int i = 0; i < 4; i++) {
         m.as.impostor.corners[i][1] = -9;
     }
-    say(0, &m);
+    say_in(0, &m);
     m.as.impostor.id = 3; /* from behind to before the eye, but beside the picture */
     const float beside[4][3] = {{-99, -9, 9}, {-99, 9, 9}, {-99, 9, -9}, {-99, -9, -9}};
     memcpy(m.as.impostor.corners, beside, sizeof beside);
-    say(0, &m);
+    say_in(0, &m);
     m = picture(4, 8, white);
-    say(0, &m);
+    say_in(0, &m);
     for (int i = 0; i < 65536; i++) {
         ids[i] = 1;
     }

@@ -180,19 +180,11 @@ static void memory_is_kept(void **state) {
 
 /* ---- a server that a test plays ---------------------------------------------------------------*/
 
-static void say(const vd_wire_message *message) {
-    assert_ok(vd_wire_encode(e.wire, VD_WIRE_SERVER, 0, message, 1, &e.buffer));
-    vd_mirror_receive(e.mirror, e.buffer.data, e.buffer.bytes, e.now_s);
-}
-
 static vd_camera start(void) {
     vd_camera camera = view();
     begin((size_t)4 << 20, false, false);
     look(&camera);
-    const vd_wire_message hello = {.kind = VD_WIRE_HELLO,
-                                   .as.hello = {.version = VD_WIRE_VERSION, .name = "played"}};
-    say(&hello);
-    pass(0.01);
+    say_hello();
     return camera;
 }
 
@@ -212,6 +204,17 @@ static vd_wire_message block_message(const uint8_t *block, size_t bytes) {
     return m;
 }
 
+static void say_ball_and_light(void) {
+    size_t bytes = 0;
+    uint8_t *block = pack_ball(&bytes);
+    const vd_wire_message model = block_message(block, bytes);
+    vd_wire_message light = {.kind = VD_WIRE_LIGHT};
+    light.as.light.light = vd_light_daylight(2.0, 0.7);
+    say(&model);
+    say(&light);
+    vd_release(e.context, block);
+}
+
 static vd_wire_message place_message(uint64_t id, vd_vec3 origin) {
     vd_wire_message m = {.kind = VD_WIRE_INSTANCE};
     m.as.instance = (vd_wire_instance){
@@ -223,14 +226,8 @@ static vd_wire_message place_message(uint64_t id, vd_vec3 origin) {
 }
 
 /* Pixels that are drawn, and a hash of them. */
-static int drawn(const vd_camera *camera, vd_client_shown *shown, uint64_t *hash) {
-    assert_ok(vd_mirror_draw(e.mirror, NULL, camera, e.frame, shown));
-    int pixels = 0;
-    for (int y = 0; y < HIGH; y++) {
-        for (int x = 0; x < WIDE; x++) {
-            pixels += e.frame->rgba[4 * (e.frame->stride * (size_t)y + (size_t)x) + 3] != 0;
-        }
-    }
+static int drawn_as(const vd_camera *camera, vd_client_shown *shown, uint64_t *hash) {
+    const int pixels = drawn(camera, shown);
     *hash = vd_frame_hash(e.frame);
     return pixels;
 }
@@ -253,19 +250,19 @@ static void what_is_ordered_is_drawn(void **state) {
     uint64_t hash = 0, alone = 0, both = 0, turned = 0;
     say(&order);
     say(&first); /* its model comes later */
-    assert_int_equal(drawn(&camera, &shown, &hash), 0);
+    assert_int_equal(drawn_as(&camera, &shown, &hash), 0);
     say(&model);
-    assert_int_equal(drawn(&camera, &shown, &hash), 0); /* in no light */
+    assert_int_equal(drawn_as(&camera, &shown, &hash), 0); /* in no light */
     say(&light);
-    const int one = drawn(&camera, &shown, &alone);
+    const int one = drawn_as(&camera, &shown, &alone);
     assert_true(one > 100 && shown.models == 1 && shown.quads == 0);
     say(&second);
-    assert_true(drawn(&camera, &shown, &both) > one && shown.models == 2);
+    assert_true(drawn_as(&camera, &shown, &both) > one && shown.models == 2);
     /* By depth, whatever the order. */
     const uint64_t other[2] = {9, 8};
     order.as.order.ids = (vd_wire_ids){other, 2};
     say(&order);
-    (void)drawn(&camera, &shown, &turned);
+    (void)drawn_as(&camera, &shown, &turned);
     assert_true(turned == both);
     /* Ground hides what is below. */
     first.as.instance.place.has_ground = true;
@@ -273,7 +270,7 @@ static void what_is_ordered_is_drawn(void **state) {
     order.as.order.ids = (vd_wire_ids){ids, 1};
     say(&first);
     say(&order);
-    const int half = drawn(&camera, &shown, &hash);
+    const int half = drawn_as(&camera, &shown, &hash);
     print_message("%d of %d pixels over the ground\n", half, one);
     assert_true(half < one * 3 / 4 && half > one / 4);
     const size_t held = news().held_bytes;
@@ -281,7 +278,7 @@ static void what_is_ordered_is_drawn(void **state) {
     const uint64_t gone[1] = {70};
     const vd_wire_message drop = {.kind = VD_WIRE_DROP, .as.drop = {gone, 1}};
     say(&drop);
-    assert_int_equal(drawn(&camera, &shown, &hash), 0);
+    assert_int_equal(drawn_as(&camera, &shown, &hash), 0);
     assert_int_equal(news().held_bytes, 2 * VD_WIRE_INSTANCE_BYTES);
     vd_release(e.context, block);
     end();
@@ -290,13 +287,7 @@ static void what_is_ordered_is_drawn(void **state) {
 static void impossible_places_are_left_out(void **state) {
     (void)state;
     const vd_camera camera = start();
-    size_t bytes = 0;
-    uint8_t *block = pack_ball(&bytes);
-    const vd_wire_message model = block_message(block, bytes);
-    vd_wire_message light = {.kind = VD_WIRE_LIGHT};
-    light.as.light.light = vd_light_daylight(2.0, 0.7);
-    say(&model);
-    say(&light);
+    say_ball_and_light();
     static uint64_t ids[60000];
     vd_wire_message m = place_message(1, camera.eye); /* around the eye */
     for (int i = 0; i < 8; i++) {
@@ -316,7 +307,7 @@ static void impossible_places_are_left_out(void **state) {
     say(&order);
     vd_client_shown shown;
     uint64_t hash = 0;
-    (void)drawn(&camera, &shown, &hash);
+    (void)drawn_as(&camera, &shown, &hash);
     /* So many that a frame would take minutes: what is beyond the bound is left out. */
     m = place_message(
         9, vd_vec3_add(camera.eye, vd_quat_rotate(camera.orientation, vd_vec3_make(0, 0, 400))));
@@ -326,7 +317,7 @@ static void impossible_places_are_left_out(void **state) {
     }
     order.as.order.ids.count = test_is_reduced() ? 500 : 60000;
     say(&order);
-    (void)drawn(&camera, &shown, &hash);
+    (void)drawn_as(&camera, &shown, &hash);
     assert_true(shown.models > 100 && shown.models < 60000);
     static uint8_t dot[16] = {255, 255, 255, 255};
     vd_wire_message picture = {.kind = VD_WIRE_IMPOSTOR};
@@ -344,9 +335,8 @@ static void impossible_places_are_left_out(void **state) {
         ids[i] = i % 2 == 0 ? 9 : 10;
     }
     say(&order);
-    (void)drawn(&camera, &shown, &hash);
+    (void)drawn_as(&camera, &shown, &hash);
     assert_int_equal(shown.models, VD_PLACED_RUNS);
-    vd_release(e.context, block);
     end();
 }
 
@@ -354,13 +344,7 @@ static void impossible_places_are_left_out(void **state) {
 static void what_fills_the_screen_has_a_bound(void **state) {
     (void)state;
     const vd_camera camera = start();
-    size_t bytes = 0;
-    uint8_t *block = pack_ball(&bytes);
-    const vd_wire_message model = block_message(block, bytes);
-    vd_wire_message light = {.kind = VD_WIRE_LIGHT};
-    light.as.light.light = vd_light_daylight(2.0, 0.7);
-    say(&model);
-    say(&light);
+    say_ball_and_light();
     static uint64_t ids[8192];
     /* All around the eye: a ball's middle is 6 m above its origin. */
     vd_wire_message m =
@@ -376,32 +360,21 @@ static void what_fills_the_screen_has_a_bound(void **state) {
     vd_client_shown shown;
     uint64_t few = 0, hash = 0;
     say(&order);
-    assert_true(drawn(&camera, &shown, &few) > 0);
+    assert_true(drawn_as(&camera, &shown, &few) > 0);
     order.as.order.ids.count = 300; /* those after are left out, and hidden anyway */
     say(&order);
-    (void)drawn(&camera, &shown, &hash);
+    (void)drawn_as(&camera, &shown, &hash);
     assert_true(hash == few);
     pass(0.01);
     assert_int_equal(news().state, VD_CLIENT_SHOWING);
     order.as.order.ids.count = 8192;
     say(&order);
-    (void)drawn(&camera, &shown, &hash);
+    (void)drawn_as(&camera, &shown, &hash);
     pass(0.01);
-    vd_release(e.context, block);
     const vd_client_news n = news();
     assert_int_equal(n.state, VD_CLIENT_REFUSED);
     assert_non_null(strstr(n.sentence, "a thousand times"));
-    assert_int_equal(drawn(&camera, &shown, &hash), 0);
-    end();
-}
-
-/* Says something and expects to be told that it was wrong. */
-static void refuse(const vd_wire_message *m, const char *part) {
-    say(m);
-    const vd_client_news n = news();
-    if (n.state != VD_CLIENT_REFUSED || strstr(n.sentence, part) == NULL) {
-        fail_msg("%s: %s", vd_client_state_name(n.state), n.sentence);
-    }
+    assert_int_equal(drawn_as(&camera, &shown, &hash), 0);
     end();
 }
 

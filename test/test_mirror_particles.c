@@ -263,19 +263,11 @@ static void bricks_are_held_over_a_break(void **state) {
 
 /* ---- a server that a test plays ---------------------------------------------------------------*/
 
-static void say(const vd_wire_message *message) {
-    assert_ok(vd_wire_encode(e.wire, VD_WIRE_SERVER, 0, message, 1, &e.buffer));
-    vd_mirror_receive(e.mirror, e.buffer.data, e.buffer.bytes, e.now_s);
-}
-
 static vd_camera start(uint32_t particles) {
     const vd_camera camera = view(0, 0);
     begin((size_t)8 << 20, false, particles);
     look(&camera);
-    const vd_wire_message hello = {.kind = VD_WIRE_HELLO,
-                                   .as.hello = {.version = VD_WIRE_VERSION, .name = "played"}};
-    say(&hello);
-    pass(0.01);
+    say_hello();
     return camera;
 }
 
@@ -312,17 +304,6 @@ static vd_wire_message brick_message(uint64_t id, size_t bytes, vd_vec3 origin) 
     m.as.geometry = (vd_wire_geometry){
         .id = id, .version = 1, .kind = VD_WIRE_BRICK, .origin = origin, .block = {block, bytes}};
     return m;
-}
-
-static int drawn(const vd_camera *camera, vd_client_shown *shown) {
-    assert_ok(vd_mirror_draw(e.mirror, NULL, camera, e.frame, shown));
-    int pixels = 0;
-    for (int y = 0; y < HIGH; y++) {
-        for (int x = 0; x < WIDE; x++) {
-            pixels += e.frame->rgba[4 * (e.frame->stride * (size_t)y + (size_t)x) + 3] != 0;
-        }
-    }
-    return pixels;
 }
 
 static void what_is_ordered_is_drawn(void **state) {
@@ -398,16 +379,6 @@ static void hostile_blocks_take_no_longer(void **state) {
     say(&order);
     (void)drawn(&camera, &shown);
     assert_int_equal(shown.models, VD_PLACED_PARTICLES / 65536);
-    end();
-}
-
-/* Says something and expects to be told that it was wrong. */
-static void refuse(const vd_wire_message *m, const char *part) {
-    say(m);
-    const vd_client_news n = news();
-    if (n.state != VD_CLIENT_REFUSED || strstr(n.sentence, part) == NULL) {
-        fail_msg("%s: %s", vd_client_state_name(n.state), n.sentence);
-    }
     end();
 }
 
