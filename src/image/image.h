@@ -28,6 +28,33 @@ void vd_frame_forget_objects(vd_frame *frame);
 VD_MUST_USE vd_status vd_frame_fit(vd_context *context, int width, int height, unsigned planes,
                                    vd_frame **frame, size_t *pixels);
 
+/* Makes a box x0, y0 … x1, y1 (exclusive) as small as what of the frame shows anything in it;
+ * false, and the box as it was, when nothing does. */
+static inline bool vd_frame_shrink(const vd_frame *frame, int box[4]) {
+    int low[2] = {box[2], box[3]}, high[2] = {box[0], box[1]};
+    for (int y = box[1]; y < box[3]; y++) {
+        const uint8_t *row = frame->rgba + 4 * (size_t)y * frame->stride;
+        int first = box[0], end = box[2];
+        while (first < end && row[4 * first + 3] == 0) {
+            first++;
+        }
+        while (end > first && row[4 * end - 1] == 0) {
+            end--;
+        }
+        if (first < end) {
+            low[0] = first < low[0] ? first : low[0];
+            low[1] = y < low[1] ? y : low[1];
+            high[0] = end > high[0] ? end : high[0];
+            high[1] = y + 1;
+        }
+    }
+    for (int k = 0; k < 2 && low[0] < high[0]; k++) {
+        box[k] = low[k];
+        box[k + 2] = high[k];
+    }
+    return low[0] < high[0];
+}
+
 /* One channel of the premultiplied "over" (Porter & Duff 1984), rounded; `rest` is 255 less the
  * alpha of what is on top. */
 static inline uint8_t vd_over(uint8_t top, uint8_t under, unsigned rest) {

@@ -10,28 +10,6 @@
 /* Pixels by which pictures of neighbouring patches overlap, besides what they may be wrong by. */
 #define SKIRT_PX 4.0
 
-/* Columns and rows of the canvas that anything is on; false when nothing is. */
-static bool find_content(const vd_frame *c, int *x0, int *y0, int *x1, int *y1) {
-    *x0 = c->width, *y0 = c->height, *x1 = *y1 = 0;
-    for (int y = 0; y < c->height; y++) {
-        const uint8_t *row = c->rgba + 4 * (size_t)y * c->stride;
-        int first = 0, end = c->width;
-        while (first < end && row[4 * first + 3] == 0) {
-            first++;
-        }
-        while (end > first && row[4 * end - 1] == 0) {
-            end--;
-        }
-        if (first < end) {
-            *x0 = first < *x0 ? first : *x0;
-            *x1 = end > *x1 ? end : *x1;
-            *y0 = y < *y0 ? y : *y0;
-            *y1 = y + 1;
-        }
-    }
-    return *x0 < *x1;
-}
-
 /* The part of a side that is kept: what is on it, padded, and no less than one pixel. */
 static void keep_side(int side, int *first, int *end) {
     enum { LEAST = 2 * VD_IMPOSTOR_PAD + 1 };
@@ -48,13 +26,14 @@ static void keep_side(int side, int *first, int *end) {
  * bound; rgba stays null when memory is out. */
 static void take_picture(const vd_impostor_brush *brush, vd_impostor_picture *made) {
     const vd_frame *c = *brush->canvas;
-    int x0, y0, x1, y1;
-    made->empty = !find_content(c, &x0, &y0, &x1, &y1);
+    int box[4] = {0, 0, c->width, c->height};
+    made->empty = !vd_frame_shrink(c, box);
     if (made->empty) {
-        x0 = y0 = x1 = y1 = 0;
+        box[2] = box[3] = 0;
     }
-    keep_side(c->width, &x0, &x1);
-    keep_side(c->height, &y0, &y1);
+    keep_side(c->width, &box[0], &box[2]);
+    keep_side(c->height, &box[1], &box[3]);
+    const int x0 = box[0], y0 = box[1], x1 = box[2], y1 = box[3];
     double *e = made->plane.extent;
     const double wide = (e[2] - e[0]) / (c->width - 2 * VD_IMPOSTOR_PAD);
     const double high = (e[3] - e[1]) / (c->height - 2 * VD_IMPOSTOR_PAD);

@@ -7,6 +7,7 @@
  */
 #include <math.h>
 #include <string.h>
+#include "image/image.h"
 #include "remote/session_internal.h"
 
 /* First byte as of sky and front. */
@@ -33,29 +34,16 @@ size_t vd_session_overlay_bytes(const vd_session *s) {
 
 /* ---- cutting ----------------------------------------------------------------------------------*/
 
-/* Makes a box as small as what there is in it; false when that is nothing. */
+/* Makes a box as small as what there is in it, but of two texels a side at least, as pictures are;
+ * false when that is nothing. */
 static bool shrink(const vd_frame *frame, int box[4]) {
-    int low[2] = {box[2], box[3]}, high[2] = {box[0], box[1]};
-    for (int y = box[1]; y < box[3]; y++) {
-        const uint8_t *row = frame->rgba + 4 * (size_t)y * frame->stride;
-        for (int x = box[0]; x < box[2]; x++) {
-            if (row[4 * x + 3] != 0) {
-                low[0] = x < low[0] ? x : low[0];
-                low[1] = y < low[1] ? y : low[1];
-                high[0] = x + 1 > high[0] ? x + 1 : high[0];
-                high[1] = y + 1;
-            }
-        }
-    }
-    if (low[0] >= high[0]) {
+    if (!vd_frame_shrink(frame, box)) {
         return false;
     }
-    for (int k = 0; k < 2; k++) { /* a picture has two texels a side at least */
+    for (int k = 0; k < 2; k++) {
         const int side = k == 0 ? frame->width : frame->height;
-        high[k] += high[k] - low[k] < 2 && high[k] < side;
-        low[k] -= high[k] - low[k] < 2 && low[k] > 0;
-        box[k] = low[k];
-        box[k + 2] = high[k];
+        box[k + 2] += box[k + 2] - box[k] < 2 && box[k + 2] < side;
+        box[k] -= box[k + 2] - box[k] < 2 && box[k] > 0;
     }
     return box[2] - box[0] >= 2 && box[3] - box[1] >= 2;
 }
