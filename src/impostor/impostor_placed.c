@@ -60,7 +60,7 @@ bool vd_impostors_may_place(const vd_impostors *set, uint32_t node) {
     const vd_node *n = &set->world->nodes[node];
     const bool particles = set->def.placed_bytes > 0 && set->def.placed_particles > 0;
     if (n->count > 0) { /* a group is as its parts are */
-        return particles && n->loose && !n->grounded && !n->names;
+        return particles && n->clouds;
     }
     const bool cloud = particles && n->kind == VD_OBJECT_PARTICLES;
     if (!cloud && (!draws_models(set) || !model_of(set, node, &number))) {

@@ -1,10 +1,11 @@
 /* world_arrange.c: the tree.
  *
  * Objects in the order of the Morton codes of their anchors (x and y, 32 bits each of the world's
- * extent), ties in the order in which they came; every 16 that follow each other become a group,
- * every 16 groups one, until 16 are left, which stand below the root. The terrain is the root's
- * first child. So 10^6 objects lie six levels deep, and ids have room for 255 children and eight
- * levels. What stands together is seen, hidden and drawn together.
+ * extent), ties in the order in which they came; then particles, which fill space, in that of x, y
+ * and z (21 bits each of theirs). Every 16 that follow each other become a group, every 16 groups
+ * one, until 16 are left, which stand below the root. The terrain is the root's first child. So
+ * 10^6 objects lie six levels deep, and ids have room for 255 children and eight levels. What
+ * stands together is seen, hidden and drawn together.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -17,10 +18,14 @@
 typedef struct placed {
     uint64_t key;
     uint32_t entry;
+    bool cloud;
 } placed;
 
 static int compare(const void *a, const void *b) {
     const placed *x = a, *y = b;
+    if (x->cloud != y->cloud) {
+        return x->cloud ? 1 : -1;
+    }
     return x->key != y->key ? (x->key > y->key) - (x->key < y->key)
                             : (x->entry > y->entry) - (x->entry < y->entry);
 }
@@ -35,29 +40,60 @@ static uint64_t spread(uint32_t bits) {
     return (x | x << 1) & 0x5555555555555555u;
 }
 
-static uint32_t quantise(double at, double low, double scale) {
+/* Spreads 21 bits to every third of 63. */
+static uint64_t spread_three(uint32_t bits) {
+    uint64_t x = bits;
+    x = (x | x << 32) & 0x001f00000000ffffu;
+    x = (x | x << 16) & 0x001f0000ff0000ffu;
+    x = (x | x << 8) & 0x100f00f00f00f00fu;
+    x = (x | x << 4) & 0x10c30c30c30c30c3u;
+    return (x | x << 2) & 0x1249249249249249u;
+}
+
+static uint32_t quantise(double at, double low, double scale, double most) {
     const double q = (at - low) * scale;
-    return q >= 4294967295.0 ? 4294967295u : q > 0.0 ? (uint32_t)q : 0u;
+    return q >= most ? (uint32_t)most : q > 0.0 ? (uint32_t)q : 0u;
+}
+
+/* Where anchors of one kind lie. */
+typedef struct extent {
+    vd_vec3 min, max;
+    bool any;
+} extent;
+
+static void grow(extent *in, vd_vec3 at) {
+    in->min = in->any ? vd_vec3_min(in->min, at) : at;
+    in->max = in->any ? vd_vec3_max(in->max, at) : at;
+    in->any = true;
+}
+
+static uint64_t key_of(const extent *in, vd_vec3 at, bool cloud) {
+    const double most = cloud ? 2097151.0 : 4294967295.0;
+    const vd_vec3 size = vd_vec3_subtract(in->max, in->min);
+    const double side = fmax(fmax(size.x, size.y), cloud ? size.z : 0.0);
+    const double scale = side > 0.0 ? most / side : 0.0;
+    const uint32_t x = quantise(at.x, in->min.x, scale, most);
+    const uint32_t y = quantise(at.y, in->min.y, scale, most);
+    const uint32_t z = quantise(at.z, in->min.z, scale, most);
+    return cloud ? spread_three(x) | spread_three(y) << 1 | spread_three(z) << 2
+                 : spread(x) | spread(y) << 1;
 }
 
 /* Objects but the terrain, sorted. Returns how many. */
 static size_t sort_objects(const vd_world *world, placed *out) {
-    vd_vec3 min = {0, 0, 0}, max = {0, 0, 0};
+    extent in[2] = {{.any = false}, {.any = false}}; /* of others, of clouds */
     size_t count = 0;
     for (size_t i = 0; i < world->entry_list.count; i++) {
         const vd_object *object = world->entries[i].object;
         if (object->kind != VD_OBJECT_TERRAIN) {
-            min = count == 0 ? object->anchor : vd_vec3_min(min, object->anchor);
-            max = count == 0 ? object->anchor : vd_vec3_max(max, object->anchor);
-            out[count++].entry = (uint32_t)i;
+            const bool cloud = object->kind == VD_OBJECT_PARTICLES;
+            grow(&in[cloud], object->anchor);
+            out[count++] = (placed){.entry = (uint32_t)i, .cloud = cloud};
         }
     }
-    const double side = fmax(max.x - min.x, max.y - min.y);
-    const double scale = side > 0.0 ? 4294967295.0 / side : 0.0;
     for (size_t i = 0; i < count; i++) {
         const vd_vec3 at = world->entries[out[i].entry].object->anchor;
-        out[i].key = spread(quantise(at.x, min.x, scale)) | spread(quantise(at.y, min.y, scale))
-                                                                << 1;
+        out[i].key = key_of(&in[out[i].cloud], at, out[i].cloud);
     }
     qsort(out, count, sizeof *out, compare);
     return count;
@@ -81,6 +117,7 @@ static vd_node leaf(const vd_world *world, uint32_t entry) {
     node.names = kind == VD_OBJECT_LABEL;
     node.loose = node.names || kind == VD_OBJECT_LINE || kind == VD_OBJECT_PARTICLES;
     node.grounded = !node.loose;
+    node.clouds = kind == VD_OBJECT_PARTICLES;
     const vd_object *object = world->entries[entry].object;
     node.planed = object->plane[0] != 0 || object->plane[1] != 0 || object->plane[2] != 0;
     vd_object_bounds(object, &node.min, &node.max);
@@ -128,6 +165,7 @@ static void settle_nodes(vd_world *world) {
             nodes[i].names = nodes[i].names || child->names;
             nodes[i].loose = nodes[i].loose || child->loose;
             nodes[i].grounded = nodes[i].grounded || child->grounded;
+            nodes[i].clouds = (k == 0 || nodes[i].clouds) && child->clouds;
             nodes[i].min = k == 0 ? child->min : vd_vec3_min(nodes[i].min, child->min);
             nodes[i].max = k == 0 ? child->max : vd_vec3_max(nodes[i].max, child->max);
         }

@@ -43,6 +43,7 @@ typedef struct vd_node {
     uint8_t kind;          /* vd_object_kind; a group's is VD_OBJECT_GROUP */
     bool names;            /* a label among them */
     bool loose, grounded;  /* some are labels, lines, particles; some stand on the ground */
+    bool clouds;           /* all are particles */
     bool planed;           /* a placed object that says in which plane its pictures lie */
     uint64_t id;
 } vd_node;

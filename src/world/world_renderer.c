@@ -248,6 +248,13 @@ vd_status vd_world_begin_over(vd_world_renderer *renderer, const vd_camera *came
     return vd_world_gather_placed(renderer, pass, nodes, count);
 }
 
+vd_status vd_world_begin_clouds(vd_world_renderer *renderer, const vd_camera *camera,
+                                const vd_node *from, const vd_frame *frame, vd_pass *pass,
+                                vd_world_stats *stats) {
+    *pass = begin_pass(renderer, camera, frame, stats);
+    return vd_world_gather(renderer, pass, from, NULL);
+}
+
 vd_status vd_world_draw_part(vd_world_renderer *renderer, vd_job *job, const vd_camera *camera,
                              const vd_world_part *part, vd_frame *frame, vd_pass *pass,
                              vd_world_stats *stats) {

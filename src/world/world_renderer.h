@@ -82,6 +82,11 @@ VD_MUST_USE vd_status vd_world_begin_over(vd_world_renderer *renderer, const vd_
                                           const vd_frame *frame, vd_pass *pass,
                                           vd_world_stats *stats);
 
+/* Gathers the particles at and below a node for vd_world_draw_clouds. */
+VD_MUST_USE vd_status vd_world_begin_clouds(vd_world_renderer *renderer, const vd_camera *camera,
+                                            const vd_node *from, const vd_frame *frame,
+                                            vd_pass *pass, vd_world_stats *stats);
+
 /* The cell of the terrain that an object stands on: under the middle of its bounds, or the nearest
  * to there that the map has. `sample_from_world` is affine, as vd_heightfield.world_from_sample. */
 void vd_world_cell(const double sample_from_world[6], const vd_cells *map, double x, double y,
