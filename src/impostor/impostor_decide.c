@@ -71,7 +71,8 @@ static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max,
     const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
     const vd_vec3 sight = vd_vec3_subtract(middle, view->eye);
     const double z = vd_vec3_length(sight);
-    const double most = most_px < d->most_px ? most_px : d->most_px;
+    const double wide = most_px * d->set->haste;
+    const double most = wide < d->most_px ? wide : d->most_px;
     if (!(z > 1.5 * radius) || !(2.0 * radius * view->focal_px * loosen <= most * z)) {
         return false;
     }
@@ -82,7 +83,7 @@ static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max,
     const double aside = sqrt(across > 0.0 ? across : 0.0) + FORWARD * fabs(along);
     const double way =
         vd_impostor_free_way(z, depth, view->focal_px, fmax(def->tolerance_px, 0.01));
-    return way * def->rate_hz >= least * loosen * fmax(aside, def->speed_mps);
+    return way * def->rate_hz * d->set->haste >= least * loosen * fmax(aside, def->speed_mps);
 }
 
 /* Where ground is shown by patches, their pictures have what stands on them: what stands on ground
@@ -308,6 +309,20 @@ static bool walk_children(deciding *d, uint32_t index, bool emit) {
     return all;
 }
 
+/* Whether particles are first seen as a whole: of a client's many parts that have no picture yet
+ * none is drawn itself, and they come one by one. */
+static bool can_stand_in(const deciding *d, uint32_t index) {
+    vd_vec3 min, max;
+    if (!vd_impostor_is_apart(d->set, index) || vd_impostor_is_skipped(d->set, index)) {
+        return false;
+    }
+    vd_impostor_bounds(d->set, d->view, index, &min, &max);
+    const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
+    const double z =
+        vd_vec3_length(vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), d->view->eye));
+    return z > 1.5 * radius && 2.0 * radius * d->view->focal_px <= d->most_px * z;
+}
+
 /* Decides a node; with `emit` what can be shown of it is. Returns whether it can be shown as it is
  * wanted. */
 static bool walk(deciding *d, uint32_t index, bool emit) {
@@ -342,6 +357,8 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
                 d->wishing = false;
                 (void)walk_children(d, index, true);
                 d->wishing = wishing;
+            } else if (vd_impostor_is_apart(set, index)) {
+                show(d, index, error, &set->shown); /* drawn itself it would be in front */
             } else if (d->status.code == VD_OK &&
                        vd_impostor_slot_at(set, set->slot_of[index] - 1)->failures == 0) {
                 add_wanting(d, index);
@@ -358,12 +375,21 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
             return false;
         }
     }
+    if (!was_split && !has_picture(set, index) && can_stand_in(d, index)) {
+        double error = 0.0;
+        (void)ask(d, index, &error);
+        if (emit) {
+            set->missing++;
+            show(d, index, error, &set->shown);
+        }
+        return false;
+    }
     vd_impostor_slot *slot = slot_of(d, index);
     if (slot == NULL) {
         return false;
     }
     slot->split = emit ? true : slot->split;
-    return emit ? walk_children(d, index, true) : walk_children(d, index, false);
+    return walk_children(d, index, emit);
 }
 
 /* ---- the ground -------------------------------------------------------------------------------*/

@@ -1,5 +1,5 @@
 /* impostor_front.c: what is drawn itself: near ground and what stands on it, patches that have no
- * picture yet, lines; and the ground's depth for what stands on no patch.
+ * picture yet, lines.
  *
  * Each is drawn into a frame of its own, as large as it is on screen, and blended over the picture.
  * The front, which may fill the screen, is drawn smaller and shown larger while it takes too long.
@@ -155,11 +155,11 @@ double vd_impostor_pace_scale(const vd_impostor_pace *pace) {
 
 void vd_impostor_pace_learn(const vd_impostors *set, vd_impostor_pace *pace, double took_s,
                             double share) {
-    enum { LEAST_FRAMES = 10 };
+    enum { LEAST_FRAMES = 10, FEW_TURNS = 2 };
     const double most_s = share / set->def.rate_hz;
     const double finer = pace->level > 0 ? scales[pace->level - 1] / scales[pace->level] : 1.0;
     pace->frames++;
-    if (set->def.budget_pixels > 0 || pace->frames < LEAST_FRAMES) {
+    if (set->def.budget_pixels > 0 || pace->frames < (set->def.ship ? FEW_TURNS : LEAST_FRAMES)) {
         return; /* a virtual clock does not look at the machine */
     }
     if (took_s > most_s && pace->level < pace->last) {
@@ -306,43 +306,4 @@ vd_status vd_impostors_draw_lines(vd_impostors *set, vd_job *job, const vd_camer
     return set->lines.count > 0
                ? draw_over(set, job, camera, &lines, all, DEPTH_TESTED, frame, stats)
                : vd_success();
-}
-
-/* ---- what stands on no patch ------------------------------------------------------------------*/
-
-/* Pixels a side of the screen to one of the ground's coarse depth. */
-#define COARSE 4
-
-vd_status vd_impostors_draw_relief(vd_impostors *set, vd_job *job, const vd_camera *camera,
-                                   vd_frame *frame) {
-    const int width = (frame->width + COARSE - 1) / COARSE;
-    const int height = (frame->height + COARSE - 1) / COARSE;
-    vd_camera coarse = *camera;
-    coarse.lens.fx /= COARSE, coarse.lens.fy /= COARSE;
-    coarse.lens.cx /= COARSE, coarse.lens.cy /= COARSE;
-    vd_status status = vd_success();
-    if (set->scratch->relief == NULL || set->scratch->relief->width != width ||
-        set->scratch->relief->height != height) {
-        vd_frame_destroy(&set->scratch->relief);
-        status =
-            vd_frame_create(set->context, width, height, VD_PLANE_DEPTH, &set->scratch->relief);
-    }
-    const int samples = set->renderer->samples;
-    if (status.code == VD_OK) {
-        status = vd_terrain_renderer_set_samples(set->renderer->ground, 1);
-    }
-    if (status.code == VD_OK) {
-        status = vd_terrain_renderer_draw(set->renderer->ground, job, &coarse, set->scratch->relief,
-                                          NULL);
-        set->renderer->ground->def.samples = samples;
-    }
-    for (int y = 0; y < frame->height && status.code == VD_OK; y++) {
-        const float *from =
-            set->scratch->relief->depth + (size_t)(y / COARSE) * set->scratch->relief->stride;
-        float *to = frame->depth + (size_t)y * frame->stride;
-        for (int x = 0; x < frame->width; x++) {
-            to[x] = from[x / COARSE];
-        }
-    }
-    return status;
 }

@@ -334,9 +334,12 @@ static uint64_t contents_of(const vd_impostors *set, bool *any) {
         }
     }
     const uint32_t *shown = set->shown.data;
-    for (size_t i = 0; vd_impostors_shown_in_front(set) && i < set->shown.count; i++) {
-        hash = mix(hash, vd_impostor_slot_at(set, shown[i])->now.version);
-        *any = true;
+    for (size_t i = 0; i < set->shown.count; i++) {
+        const vd_impostor_slot *slot = vd_impostor_slot_at(set, shown[i]);
+        if (vd_impostor_is_in_front(set, slot)) {
+            hash = mix(hash, slot->now.version);
+            *any = true;
+        }
     }
     return hash;
 }
@@ -454,8 +457,10 @@ static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_v
     const bool due = contents != front->contents || front->width == 0 ||
                      way * front->half_range * view->focal_px > set->def.tolerance_px ||
                      !holds_view(front, &view->camera, view->width, view->height);
+    const uint64_t start = vd_clock_ns();
     vd_status status =
         due ? draw_front(set, job, &view->camera, view->width, view->height) : vd_success();
+    set->stats.direct_s = due ? 1e-9 * (double)(vd_clock_ns() - start) : set->stats.direct_s;
     const vd_frame *frame = set->scratch->wide;
     const bool hidden =
         due && status.code == VD_OK && vd_impostors_hide_placed(set, &front->camera, frame);
@@ -464,8 +469,10 @@ static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_v
         status = vd_impostors_choose_placed(set, view);
     }
     if (hidden && status.code == VD_OK) {
-        contents = contents_of(set, &any);
         status = draw_front(set, job, &view->camera, view->width, view->height);
+    }
+    if (due) { /* what comes before something of it has just been told */
+        contents = contents_of(set, &any);
     }
     front->contents = status.code == VD_OK ? contents : 0;
     return status.code == VD_OK && front->wanted && !extra->delivered ? add_extra(set, extra)
@@ -513,6 +520,9 @@ static vd_status add_list(vd_impostors *set, const vd_impostor_view *view, const
     vd_status status = vd_success();
     for (size_t i = 0; i < list->count && status.code == VD_OK; i++) {
         const vd_impostor_slot *slot = vd_impostor_slot_at(set, slots[i]);
+        if (list == &set->shown && vd_impostor_is_in_front(set, slot)) {
+            continue;
+        }
         vd_vec3 min, max;
         vd_impostor_bounds(set, view, slot->node, &min, &max);
         const vd_vec3 size = vd_vec3_subtract(max, min);
@@ -542,7 +552,7 @@ vd_status vd_impostors_order(vd_impostors *set, vd_impostor_order *out) {
     if (status.code == VD_OK) {
         status = add_list(set, &view, &set->far, &missing, &all);
     }
-    if (status.code == VD_OK && !vd_impostors_shown_in_front(set)) {
+    if (status.code == VD_OK) {
         status = add_list(set, &view, &set->shown, &missing, &all);
     }
     if (status.code == VD_OK && set->in_front.wanted && front->delivered) {

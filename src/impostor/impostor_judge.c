@@ -156,10 +156,13 @@ static bool lacks_a_side(const vd_impostors *set, const vd_impostor_view *view, 
 
 static double parallax(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
                        const vd_impostor_picture *picture) {
-    vd_vec3 points[VD_IMPOSTOR_POINTS];
+    vd_vec3 points[VD_IMPOSTOR_POINTS + 1];
     int count = vd_impostor_key_points(set, view, node, points);
     if (!vd_impostor_is_patch(set, node) && count == 8) {
         count = vd_impostor_plane_more_points(&picture->plane, points);
+    }
+    if (picture->is_hidden) {
+        points[count++] = picture->hiding;
     }
     return vd_impostor_plane_error(&picture->plane, points, count, view->seen, view->focal_px);
 }

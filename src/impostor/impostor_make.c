@@ -114,6 +114,18 @@ static bool fit_plane(const vd_impostors *set, const vd_impostor_view *view, uin
             vd_impostor_plane_fit(view->eye, through, vd_vec3_make(0, 0, 0), points, count, out));
 }
 
+/* Metres along the plane's line of sight to the nearest key point. */
+static double front_of(const vd_impostors *set, const vd_impostor_view *view, uint32_t node,
+                       const vd_impostor_plane *plane) {
+    vd_vec3 points[VD_IMPOSTOR_POINTS];
+    const int count = vd_impostor_key_points(set, view, node, points);
+    double front = (double)INFINITY;
+    for (int i = 0; i < count; i++) {
+        front = fmin(front, vd_vec3_dot(vd_vec3_subtract(plane->eye, points[i]), plane->normal));
+    }
+    return fmax(front, view->camera.near_m);
+}
+
 bool vd_impostors_draft(vd_impostors *set, const vd_impostor_view *view,
                         const vd_impostor_slot *slot, vd_impostor_draft *out) {
     *out = (vd_impostor_draft){.node = slot->node, .status = vd_success()};
@@ -137,6 +149,10 @@ bool vd_impostors_draft(vd_impostors *set, const vd_impostor_view *view,
         out->ground = out->standing;
         add_skirt(set, view, &made->plane, &out->ground);
         made->sides = vd_impostor_sides(view, &out->standing);
+    } else if (set->ground.count > 0 && vd_impostor_is_apart(set, slot->node)) {
+        out->of = VD_DRAFT_CLOUDS;
+        out->near_m = view->camera.near_m;
+        out->front_m = front_of(set, view, slot->node, &made->plane);
     } else if (set->ground.count > 0 && set->world->nodes[slot->node].grounded) {
         out->of = VD_DRAFT_GROUNDED;
         out->ground = cells_under(set, slot->node);
@@ -144,8 +160,12 @@ bool vd_impostors_draft(vd_impostors *set, const vd_impostor_view *view,
     return vd_camera_validate(&out->camera).code == VD_OK; /* without a side there is no lens */
 }
 
-static vd_status draw_node(vd_world_renderer *renderer, vd_job *job, const vd_impostor_draft *draft,
+static vd_status draw_node(const vd_impostor_brush *brush, vd_job *job, vd_impostor_draft *draft,
                            vd_frame *canvas) {
+    vd_world_renderer *renderer = brush->renderer;
+    if (draft->of == VD_DRAFT_CLOUDS) {
+        return vd_impostor_draw_clouds(brush, job, draft, canvas);
+    }
     const vd_node *node = renderer->world->nodes + draft->node; /* unless it is a patch */
     if (draft->of == VD_DRAFT_LOOSE) {
         return vd_world_renderer_draw_object(renderer, job, &draft->camera, node->id, canvas, NULL);
@@ -172,7 +192,7 @@ void vd_impostor_paint(const vd_impostor_brush *brush, vd_job *job, vd_impostor_
         status = vd_world_renderer_set_samples(brush->renderer, brush->samples);
     }
     if (status.code == VD_OK) {
-        status = draw_node(brush->renderer, job, draft, *brush->canvas);
+        status = draw_node(brush, job, draft, *brush->canvas);
         const vd_status back = vd_world_renderer_set_samples(brush->renderer, samples);
         status = status.code == VD_OK ? back : status;
     }
@@ -257,7 +277,9 @@ vd_status vd_impostors_make(vd_impostors *set, vd_job *job, const vd_impostor_vi
                                      .renderer = set->renderer,
                                      .samples = set->def.samples,
                                      .canvas = &set->scratch->canvas,
-                                     .canvas_pixels = &set->scratch->canvas_pixels};
+                                     .canvas_pixels = &set->scratch->canvas_pixels,
+                                     .relief = &set->scratch->relief,
+                                     .depth = &set->depth};
     vd_impostor_paint(&brush, job, &draft);
     return vd_impostors_hang(set, &draft);
 }

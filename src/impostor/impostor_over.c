@@ -9,18 +9,22 @@
 #include "image/image.h"
 #include "impostor/impostor_set.h"
 
-/* Particles that are drawn themselves in a frame: about these many, by their detail. */
+/* Particles that are drawn themselves in a frame, or for a client in front: about these many, by
+ * their detail. */
 #define MOST_PARTICLES 1000000u
+#define MOST_SENT 250000u
 #define COARSEST 32.0
 
-/* Of a frame's time. */
+/* Of a frame's time; of a client's picture in front more, which is not drawn for every frame. */
 #define CLOUDS_SHARE 0.35
+#define SENT_SHARE 2.0
 
 /* Their detail in the next frame, of which this one tells. */
 static void refine_clouds(vd_impostors *set, uint64_t particles) {
-    if (particles > MOST_PARTICLES && set->cloud_detail < COARSEST) {
-        set->cloud_detail *= particles > 4 * MOST_PARTICLES ? 4.0 : 1.5;
-    } else if (particles < MOST_PARTICLES / 4 && set->cloud_detail > 1.0) {
+    const uint64_t most = set->def.ship ? MOST_SENT : MOST_PARTICLES;
+    if (particles > most && set->cloud_detail < COARSEST) {
+        set->cloud_detail *= particles > 4 * most ? 4.0 : 1.5;
+    } else if (particles < most / 4 && set->cloud_detail > 1.0) {
         set->cloud_detail = fmax(set->cloud_detail / 1.5, 1.0);
     }
 }
@@ -91,10 +95,8 @@ static vd_status draw_clouds(vd_impostors *set, vd_job *job, const vd_camera *ca
                                  ? draw_clouds_into(set, job, camera, frame, stats)
                                  : draw_clouds_coarsely(set, job, camera, scale, frame, stats);
     refine_clouds(set, stats->particles);
-    if (!set->def.ship) { /* a picture that is sent is as fine as it can be */
-        vd_impostor_pace_learn(set, &set->clouds_pace, 1e-9 * (double)(vd_clock_ns() - start),
-                               CLOUDS_SHARE);
-    }
+    vd_impostor_pace_learn(set, &set->clouds_pace, 1e-9 * (double)(vd_clock_ns() - start),
+                           set->def.ship ? SENT_SHARE : CLOUDS_SHARE);
     return status;
 }
 

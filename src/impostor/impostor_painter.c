@@ -73,8 +73,12 @@ static void *painter_main(void *user) {
         memcmp(&p->light, &p->world->def.terrain.light, sizeof p->light) != 0) {
         status = vd_world_renderer_light(renderer, p->job, &p->light);
     }
-    const vd_impostor_brush brush = {p->context, p->pictures, renderer,
-                                     p->samples, &canvas,     &canvas_pixels};
+    const vd_impostor_brush brush = {.context = p->context,
+                                     .pictures = p->pictures,
+                                     .renderer = renderer,
+                                     .samples = p->samples,
+                                     .canvas = &canvas,
+                                     .canvas_pixels = &canvas_pixels};
     pthread_mutex_lock(&p->mutex);
     p->status = status;
     if (status.code == VD_OK) {

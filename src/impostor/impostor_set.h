@@ -34,6 +34,8 @@ typedef struct vd_impostor_picture {
     double focal_px; /* of the camera that it was made for */
     bool empty;      /* nothing is on it */
     unsigned sides;  /* of a patch: on which it goes on beyond the patch, vd_impostor_sides */
+    bool is_hidden;  /* ground before it may hide some of it: the nearest of that is … */
+    vd_vec3 hiding;  /* … here */
     uint32_t version;
     size_t packed;     /* bytes on the link; 0: as many as the pixels take */
     vd_pooled *pooled; /* that the pixels belong to; null: they are the set's alone */
@@ -52,6 +54,7 @@ typedef struct vd_impostor_slot {
     bool delivered;   /* the client of `ship` has one */
     bool changed;     /* what is on it has, since it was made */
     bool restless;    /* again and again */
+    bool in_front;    /* of particles apart: they come before something of the picture in front */
     uint64_t changes; /* number of the update after which it changed last */
     uint32_t since;   /* version of the newest picture that shows it as it was */
     size_t bytes;     /* of the newest picture, there or given up */
@@ -112,14 +115,20 @@ typedef struct vd_impostor_front {
     bool wanted;       /* there is something in it */
 } vd_impostor_front;
 
+/* The ground's depth, coarsely. */
+typedef struct vd_impostor_relief {
+    vd_frame *frame;
+    size_t pixels;
+} vd_impostor_relief;
+
 /* Frames that are drawn into and used at once: sets with a pool have the pool's. */
 typedef struct vd_impostor_scratch {
     vd_frame *canvas; /* where pictures are drawn, of the largest size so far */
     size_t canvas_pixels;
     vd_frame *front; /* what is drawn itself, over patches */
     size_t front_pixels;
-    vd_frame *relief; /* the ground's depth, coarsely, for what does not stand on patches */
-    vd_frame *wide;   /* what the picture in front is cut out of */
+    vd_impostor_relief relief;
+    vd_frame *wide; /* what the picture in front is cut out of */
     size_t wide_pixels;
     vd_frame *still; /* the whole, aligned with the screen; see impostor_still.c */
     size_t still_pixels;
@@ -228,6 +237,7 @@ struct vd_impostors {
     double packed_share;          /* of their bytes that pictures take on the link, lately */
     double link_free_s;           /* when the last of them has left */
     double far_px_per_s;          /* that the far end draws, lately; 0: not known */
+    double haste;                 /* pictures may last for so many times fewer frames, 1 … */
     double remote_free_s;         /* when the far end has drawn what it was asked for */
     vd_impostor_painter *painter; /* `background`; else null */
     size_t painting;              /* pictures that it was asked for and that have not come */
@@ -307,7 +317,7 @@ void vd_impostors_release_extras(vd_impostors *set);
 void vd_impostor_corners(const vd_impostor_picture *picture, vd_vec3 out[4]);
 
 /* Whether object pictures are drawn into the picture in front: where there is ground, which they
- * are told from by depth. */
+ * are told from by depth; but see vd_impostor_is_apart. */
 bool vd_impostors_shown_in_front(const vd_impostors *set);
 
 /* Draws what is not on patches, over transparent black: ground that is near, what is drawn itself,
@@ -378,6 +388,7 @@ static inline bool vd_impostor_is_fatal(const vd_status *status) {
 typedef enum vd_draft_of {
     VD_DRAFT_LOOSE = 0, /* a thing alone */
     VD_DRAFT_GROUNDED,  /* a thing, without what of it is in the ground */
+    VD_DRAFT_CLOUDS,    /* particles for a client, without what the ground hides of them */
     VD_DRAFT_PATCH
 } vd_draft_of;
 
@@ -388,6 +399,7 @@ typedef struct vd_impostor_draft {
     vd_cells ground;   /* that is drawn, or hides */
     vd_cells standing; /* of a patch: where what is drawn stands */
     vd_camera camera;
+    double near_m, front_m;      /* along the line of sight: ground is not nearer; nor is it */
     vd_impostor_picture picture; /* its plane and size as they will be drawn, before margins go */
     vd_status status;
 } vd_impostor_draft;
@@ -399,6 +411,8 @@ typedef struct vd_impostor_brush {
     int samples;
     vd_frame **canvas;
     size_t *canvas_pixels;
+    vd_impostor_relief *relief; /* these two for VD_DRAFT_CLOUDS alone */
+    vd_buffer *depth;
 } vd_impostor_brush;
 
 /* Decides how a slot's picture is drawn; false when it cannot be. */
@@ -501,9 +515,31 @@ VD_MUST_USE vd_status vd_impostors_draw_over(vd_impostors *set, vd_job *job,
                                              const vd_camera *camera, vd_frame *frame,
                                              vd_world_stats *stats);
 
-/* The depth of all ground, coarsely, for what does not stand on it. */
+/* ---- impostor_relief.c: the ground's depth ---------------------------------------------------
+ */
+
+/* The depth of all ground farther than near_m, coarsely; into a frame of a camera that may have
+ * another near plane. */
+VD_MUST_USE vd_status vd_impostor_draw_relief(vd_context *context, vd_world_renderer *renderer,
+                                              vd_job *job, const vd_camera *camera, double near_m,
+                                              vd_impostor_relief *relief, vd_frame *frame);
 VD_MUST_USE vd_status vd_impostors_draw_relief(vd_impostors *set, vd_job *job,
                                                const vd_camera *camera, vd_frame *frame);
+
+/* Whether a client is sent a node's picture by itself, over ground too, and nothing of it until
+ * there is one: particles, which take long to draw, and are many. */
+bool vd_impostor_is_apart(const vd_impostors *set, uint32_t node);
+
+/* Whether an object's picture that a client is shown is drawn into the picture in front. */
+bool vd_impostor_is_in_front(const vd_impostors *set, const vd_impostor_slot *slot);
+
+/* VD_DRAFT_CLOUDS. */
+VD_MUST_USE vd_status vd_impostor_draw_clouds(const vd_impostor_brush *brush, vd_job *job,
+                                              vd_impostor_draft *draft, vd_frame *canvas);
+
+/* Tells of those that are shown which come before something that a frame has of the picture in
+ * front. */
+void vd_impostors_part_objects(vd_impostors *set, const vd_camera *camera, const vd_frame *frame);
 
 /* Whether so much waits for the link that a picture made now would come too late. */
 bool vd_impostors_link_is_full(const vd_impostors *set);

@@ -194,13 +194,16 @@ static vd_status draw_by_patches(vd_impostors *set, vd_job *job, const vd_camera
     return status.code == VD_OK ? draw_before_patches(set, job, camera, frame, stats) : status;
 }
 
-/* Object pictures, tested by depth. */
+/* Object pictures, tested by depth; not those that a client has by themselves. */
 static vd_status draw_objects(vd_impostors *set, vd_job *job, const vd_camera *camera,
                               vd_frame *frame) {
     const uint32_t *shown = set->shown.data;
     vd_status status = vd_success();
     for (size_t i = 0; i < set->shown.count && status.code == VD_OK; i++) {
-        status = add_slot(set, camera, vd_impostor_slot_at(set, shown[i]));
+        vd_impostor_slot *slot = vd_impostor_slot_at(set, shown[i]);
+        if (!set->def.ship || vd_impostor_is_in_front(set, slot)) {
+            status = add_slot(set, camera, slot);
+        }
     }
     return status.code == VD_OK ? show_quads(set, job, camera, true, frame) : status;
 }
@@ -228,6 +231,7 @@ vd_status vd_impostors_draw_alone(vd_impostors *set, vd_job *job, const vd_camer
         status = vd_world_draw_part(set->renderer, job, camera, &all, frame, &pass, &own);
     }
     if (status.code == VD_OK && vd_impostors_shown_in_front(set)) {
+        vd_impostors_part_objects(set, camera, frame);
         status = draw_objects(set, job, camera, frame);
     }
     if (status.code == VD_OK) {

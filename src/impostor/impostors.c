@@ -100,7 +100,7 @@ vd_status vd_impostors_create(vd_context *context, const vd_world *world,
     set->world = world;
     set->renderer = renderer;
     set->def = used;
-    set->cloud_detail = set->packed_share = 1.0;
+    set->cloud_detail = set->packed_share = set->haste = 1.0;
     set->front_pace.last = 2;
     set->clouds_pace.last = 3; /* they are soft */
     set->versions = used.first_version;
@@ -180,7 +180,7 @@ void vd_impostor_release(vd_impostors *set, vd_impostor_picture *picture) {
 void vd_impostor_scratch_release(vd_impostor_scratch *scratch) {
     vd_frame_destroy(&scratch->canvas);
     vd_frame_destroy(&scratch->front);
-    vd_frame_destroy(&scratch->relief);
+    vd_frame_destroy(&scratch->relief.frame);
     vd_frame_destroy(&scratch->wide);
     vd_frame_destroy(&scratch->still);
 }
@@ -294,16 +294,33 @@ static bool is_spent(const vd_impostors *set, const spending *spent) {
 /* A picture's pixels over the square of its bounds' diagonal, about. */
 #define BOUND_SHARE 0.2
 
-static bool is_pressed(const vd_impostors *set) {
+/* Seconds that it would take to draw and send what is wished for. */
+static double behind(const vd_impostors *set) {
     const vd_impostor_wish *wishes = set->wishes.data;
+    const double link = set->def.link_bytes_per_s;
     double pixels = 0.0;
+    if (set->def.no_reuse || (link == 0.0 && !set->def.ship)) {
+        return 0.0;
+    }
     for (size_t i = 0; i < set->wishes.count; i++) {
         pixels += wishes[i].finer ? 0.0 : wishes[i].area;
     }
     pixels *= BOUND_SHARE;
-    const bool long_link = 4.0 * pixels * set->packed_share > LONG_S * set->def.link_bytes_per_s;
-    const bool long_work = set->far_px_per_s > 0.0 && pixels > LONG_S * set->far_px_per_s;
-    return set->def.link_bytes_per_s > 0.0 && !set->def.no_reuse && (long_link || long_work);
+    const double on_link = link > 0.0 ? 4.0 * pixels * set->packed_share / link : 0.0;
+    const double at_work = set->far_px_per_s > 0.0 ? pixels / set->far_px_per_s : 0.0;
+    return fmax(on_link, at_work);
+}
+
+/* A server that is behind shows larger parts, which last shorter, until it keeps up: fewer of them
+ * lie over each other, and none waits for many others before it may take the place of a whole. */
+#define MOST_HASTE 8.0
+
+static void hurry(vd_impostors *set, double behind_s) {
+    if (set->def.ship && behind_s > LONG_S) {
+        set->haste = fmin(set->haste * 1.1, MOST_HASTE);
+    } else if (behind_s < 0.3 * LONG_S) {
+        set->haste = fmax(set->haste / 1.05, 1.0);
+    }
 }
 
 /* How fast it is believed what the far end draws in a second. */
@@ -347,7 +364,8 @@ static void leave_out(vd_impostors *set, double detail) {
 static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_view *view_given,
                              const spending *spent) {
     vd_impostor_view coarser = *view_given;
-    const bool pressed = is_pressed(set);
+    const double behind_s = behind(set);
+    const bool pressed = behind_s > LONG_S;
     coarser.detail = pressed ? 0.5 : 1.0;
     const vd_impostor_view *view = &coarser;
     const vd_impostor_wish *wishes = set->wishes.data;
@@ -355,6 +373,7 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
     if (set->wishes.count > 1) {
         qsort(set->wishes.data, set->wishes.count, sizeof *wishes, compare_wishes);
     }
+    hurry(set, behind_s);
     set->left_out = 0;
     if (set->bytes > set->def.memory_bytes / 2) {
         leave_out(set, coarser.detail);
@@ -394,6 +413,8 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
     }
     if (set->def.remote) {
         learn_far(set, set->stats.pixels_drawn - spent->pixels, set->remote_free_s - set->time_s);
+    } else if (set->def.ship) { /* all that a client is sent takes its time, not pictures alone */
+        learn_far(set, set->stats.pixels_drawn - spent->pixels, set->interval_s);
     }
     set->stats.waiting = set->wishes.count - i + late;
     return status;
