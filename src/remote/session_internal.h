@@ -93,11 +93,12 @@ struct vd_session {
     float heights[VD_SESSION_GROUND_SIDE][VD_SESSION_GROUND_SIDE]; /* of the message */
     bool lit;                                                      /* the client knows the light */
     uint64_t order_hash;                                           /* of the last order sent */
-    bool ordered;    /* what the client shows is an order, not a screen in its place */
-    bool exact;      /* the client has the exact picture of its camera */
-    int quality;     /* of moving screens */
-    uint32_t screen; /* sequence of the camera of the last screen */
-    double next_s;   /* nothing is due before */
+    bool ordered;          /* what the client shows is an order, not a screen in its place */
+    bool exact;            /* the client has the exact picture of its camera */
+    int quality;           /* of moving screens */
+    uint32_t screen;       /* sequence of the camera of the last screen */
+    double screen_again_s; /* none stands in for an order before */
+    double next_s;         /* nothing is due before */
     vd_session_stats stats;
 };
 
@@ -123,6 +124,9 @@ void vd_session_flush(vd_session *session, double now_s);
 
 /* Packs a picture, or what the client draws itself, and adds it. */
 void vd_session_add_item(vd_session *session, const vd_impostor_item *item, double now_s);
+
+/* Wall seconds from any moment on: how long something takes here, whatever the session's clock. */
+double vd_session_seconds(void);
 
 /* Packs a picture that is fixed to the screen, without loss, and adds it. */
 void vd_session_add_fixed(vd_session *session, const vd_impostor_item *item, double now_s);

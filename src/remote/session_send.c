@@ -104,7 +104,7 @@ unsigned vd_session_codecs(const vd_session *s) {
     return wants != 0 ? wants : VD_CODEC_BIT(VD_CODEC_RAW);
 }
 
-static double seconds_now(void) {
+double vd_session_seconds(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
@@ -128,12 +128,12 @@ static vd_status pack(vd_session *s, const vd_codec_picture *picture, vd_encode_
     if (!reserve_packed(tools, room)) {
         return vd_failure(VD_ERROR_MEMORY, "not enough memory to pack %zu bytes; free some", room);
     }
-    const double start_s = seconds_now();
+    const double start_s = vd_session_seconds();
     const vd_status status = vd_coder_encode(tools->coder, def, picture, tools->packed, room, out);
     if (status.code == VD_OK) {
         vd_codec_costs_learn(&tools->costs, out->codec,
                              (size_t)picture->width * (size_t)picture->height, out->bytes,
-                             1e9 * (seconds_now() - start_s), (double)NAN);
+                             1e9 * (vd_session_seconds() - start_s), (double)NAN);
     }
     return status;
 }

@@ -205,6 +205,15 @@ static vd_status add_fixed(vd_session *s, vd_impostor_order *order) {
     return vd_success();
 }
 
+/* A whole screen in place of an order. As long as it took to draw is then left to the pictures that
+ * are missing: else a world that takes long to draw is never more than screens. */
+static vd_status stand_in(vd_session *s, vd_job *job, double now_s) {
+    const double start_s = vd_session_seconds();
+    const vd_status status = send_screen(s, job, false, now_s);
+    s->screen_again_s = now_s + 2.0 * (vd_session_seconds() - start_s);
+    return status;
+}
+
 /* Orders what is shown, or a whole screen while too much of it is missing. */
 static vd_status send_order(vd_session *s, vd_job *job, double now_s) {
     vd_impostor_order order;
@@ -215,7 +224,9 @@ static vd_status send_order(vd_session *s, vd_job *job, double now_s) {
     s->stats.error_px = fmin(order.error_px, MOST_ERROR_PX);
     if (order.missing > MOST_MISSING) {
         s->ordered = false;
-        return s->screen != s->camera.sequence ? send_screen(s, job, false, now_s) : status;
+        return s->screen != s->camera.sequence && now_s >= s->screen_again_s
+                   ? stand_in(s, job, now_s)
+                   : status;
     }
     status = add_fixed(s, &order);
     if (status.code != VD_OK) {
