@@ -26,8 +26,8 @@ vd_status bench_cloud_write(const char *path, size_t count, const vd_particles_p
     return status;
 }
 
-vd_status bench_cloud_add(vd_context *context, vd_world *world, const char *path, uint64_t most,
-                          size_t *objects) {
+vd_status bench_cloud_add(vd_context *context, vd_world *world, const char *path, bool thin,
+                          uint64_t most, size_t *objects) {
     vd_bricks *bricks = NULL;
     vd_particle_look look = vd_particle_look_default();
     uint32_t number = 0;
@@ -35,8 +35,12 @@ vd_status bench_cloud_add(vd_context *context, vd_world *world, const char *path
     if (status.code == VD_OK) {
         look.color = VD_BRICK_COLOR_VALUE;
         look.attribute = vd_bricks_find(bricks, "speed");
-        look.opacity = 0.5;
         look.log = true;
+        if (thin) {
+            look.radius_m = vd_brick_view_radius(bricks);
+        } else {
+            look.opacity = 0.5;
+        }
         status = vd_world_add_bricks(world, &bricks, &look, &number);
     }
     vd_bricks_close(&bricks);

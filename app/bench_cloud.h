@@ -13,8 +13,9 @@ VD_MUST_USE vd_status bench_cloud_write(const char *path, size_t count,
                                         const vd_particles_place *place);
 
 /* Takes the file over into a world, coloured by speed, in objects of at most so many particles;
- * *objects becomes their number. */
+ * *objects becomes their number. `thin`: as large as a world's file has them; else as large as
+ * their smoothing lengths, half transparent: fog, of which every pixel shows dozens. */
 VD_MUST_USE vd_status bench_cloud_add(vd_context *context, vd_world *world, const char *path,
-                                      uint64_t most, size_t *objects);
+                                      bool thin, uint64_t most, size_t *objects);
 
 #endif

@@ -135,9 +135,9 @@ static vd_status add_cloud(bench_forest *w, const bench_forest_cloud *cloud) {
     const vd_status status = access(cloud->path, F_OK) == 0
                                  ? vd_success()
                                  : bench_cloud_write(cloud->path, cloud->count, &place);
-    return status.code == VD_OK
-               ? bench_cloud_add(w->s.context, w->world, cloud->path, MOST_OF_OBJECT, &objects)
-               : status;
+    return status.code == VD_OK ? bench_cloud_add(w->s.context, w->world, cloud->path, true,
+                                                  MOST_OF_OBJECT, &objects)
+                                : status;
 }
 
 static vd_status make_world(bench_forest *w, const bench_forest_cloud *cloud) {

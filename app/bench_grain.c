@@ -66,7 +66,7 @@ static vd_status make_cloud(cloud *c, const bench_case *self, const char *path, 
         status = vd_world_create(c->context, &world, &c->world);
     }
     if (status.code == VD_OK) {
-        status = bench_cloud_add(c->context, c->world, path, most, &c->objects);
+        status = bench_cloud_add(c->context, c->world, path, false, most, &c->objects);
     }
     if (status.code == VD_OK) {
         status = vd_world_arrange(c->world, NULL);
