@@ -11,6 +11,9 @@ cd "$ROOT"
 # Nothing here may wait for an answer.
 exec </dev/null
 
+# ctest runs as many tests at once as there are processors, but those that are RUN_SERIAL.
+export CTEST_PARALLEL_LEVEL="${CTEST_PARALLEL_LEVEL:-$(nproc)}"
+
 say() { printf '%s\n' "$*" >&2; }
 
 fail() {
