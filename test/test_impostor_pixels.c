@@ -318,7 +318,7 @@ static void things_are_on_screen_while_pictures_come(void **state) {
         begin_stage(&p, ground == 1, &def);
         flight f = take_off(5);
         uint64_t drawn = 0, shown = 0, direct = 0;
-        const int updates = test_is_reduced() ? 400 : 4000;
+        const int updates = test_is_reduced() ? 240 : 4000;
         for (int i = 0; i < updates; i++) {
             fly_on(&f, i);
             const vd_impostor_stats stats = step_stage(&p, &f.camera);
@@ -354,7 +354,7 @@ static void things_are_on_screen_when_pictures_are_there(void **state) {
         stage p;
         begin_stage(&p, kind % 2 == 1, &def);
         flight f = take_off(17 + (uint64_t)kind);
-        for (int i = 0; i < (test_is_reduced() ? 200 : 1000); i++) {
+        for (int i = 0; i < (test_is_reduced() ? 80 : 1000); i++) {
             fly_on(&f, i);
             vd_impostor_stats stats = step_stage(&p, &f.camera);
             for (int k = 0; k < 20 && i % 40 == 0 && stats.drawn + stats.waiting > 0; k++) {
