@@ -326,9 +326,9 @@ static void hurry(vd_impostors *set, double behind_s) {
 /* How fast it is believed what the far end draws in a second. */
 #define FAR_WEIGHT 0.1
 
-/* Learns how fast the far end is, unless a virtual clock must not look at the machine. */
+/* Learns how fast the far end is. */
 static void learn_far(vd_impostors *set, uint64_t pixels, double took_s) {
-    if (set->def.budget_pixels == 0 && pixels > 0 && took_s > 0.0) {
+    if (pixels > 0 && took_s > 0.0) {
         const double rate = (double)pixels / took_s;
         set->far_px_per_s +=
             (set->far_px_per_s > 0.0 ? FAR_WEIGHT : 1.0) * (rate - set->far_px_per_s);
@@ -411,7 +411,7 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
             set->remote_free_s = set->time_s + 1e-9 * (double)(vd_clock_ns() - spent->start_ns);
         }
     }
-    if (set->def.remote) {
+    if (set->def.remote && set->def.budget_pixels == 0) { /* a virtual clock has no machine */
         learn_far(set, set->stats.pixels_drawn - spent->pixels, set->remote_free_s - set->time_s);
     } else if (set->def.ship) { /* all that a client is sent takes its time, not pictures alone */
         learn_far(set, set->stats.pixels_drawn - spent->pixels, set->interval_s);
