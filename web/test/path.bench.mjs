@@ -1,0 +1,141 @@
+// path.bench.mjs WORLD X,Y,Z [SECONDS] [WIDTHxHEIGHT] [BYTES_PER_S] [ROUND_TRIP_MS]: what the page shows of a world that
+// `veduta serve` has, over a slower link, while its camera goes round a place as in data/paths/orbit.json: in Chromium
+// on one core, the server on the other. Frames a second, and what each thread of the browser takes.
+//
+//   script/build-web && node web/test/path.bench.mjs cloud.json -430,12640,1100 15 1280x720 10e6 50
+import { execFileSync, spawn } from 'node:child_process';
+import { existsSync, readdirSync, readFileSync } from 'node:fs';
+import { connect, createServer } from 'node:net';
+import { launch, openPage, pause, stateIs } from './browser_support.mjs';
+
+const PROGRAM = process.env.VEDUTA ?? 'build/release/veduta';
+const [world, place, secondsText, sizeText, bytesText, tripText] = process.argv.slice(2);
+if (place === undefined) {
+    console.error('usage: path.bench.mjs WORLD X,Y,Z [SECONDS] [WIDTHxHEIGHT] [BYTES_PER_S] [ROUND_TRIP_MS]');
+    process.exit(1);
+}
+const centre = place.split(',').map(Number);
+const seconds = Number(secondsText ?? 15);
+const [width, height] = (sizeText ?? '1280x720').split('x').map(Number);
+const rate = Number(bytesText ?? 10e6), trip = Number(tripText ?? 50);
+const RADIUS = 1200, HEIGHT = 450, TURN_S = 30, FOV = 50;
+const ROOM = 65536; // of a router
+
+/** One way of a link: bytes leave one after the other and arrive half a round trip later. */
+function carry(from, to) {
+    let free = 0, under = 0;
+    from.on('data', (chunk) => {
+        const now = performance.now();
+        free = Math.max(free, now) + 1000 * chunk.length / rate;
+        under += chunk.length;
+        if (1000 * under / rate > 1000 * ROOM / rate) { from.pause(); }
+        setTimeout(() => {
+            under -= chunk.length;
+            if (under <= ROOM) { from.resume(); }
+        }, free - now);
+        setTimeout(() => to.write(chunk), free - now + trip / 2);
+    });
+    from.on('close', () => to.destroy());
+    from.on('error', () => to.destroy());
+}
+
+function relay(port) {
+    return new Promise((resolve) => {
+        const server = createServer({ highWaterMark: 16384, noDelay: true }, (near) => {
+            const far = connect({ port, host: '127.0.0.1', noDelay: true });
+            carry(near, far);
+            carry(far, near);
+        });
+        server.listen(0, '127.0.0.1', () => resolve(server));
+    });
+}
+
+/** Starts the server on core 0; resolves to its address. */
+function serve() {
+    const child = spawn('taskset', ['-c', '0', PROGRAM, 'serve', world, '--port', '0', '-q'],
+                        { stdio: ['ignore', 'pipe', 'inherit'] });
+    return new Promise((resolve, reject) => {
+        child.stdout.on('data', (text) => {
+            const found = /http:\/\/127\.0\.0\.1:(\d+)\/#token=(\S+)/.exec(String(text));
+            if (found) { resolve({ child, port: Number(found[1]), token: found[2] }); }
+        });
+        child.on('exit', (status) => reject(new Error(`veduta serve ended with ${status}`)));
+    });
+}
+
+/** Seconds of processor time of each named thread of these processes. */
+function threadTimes(pids) {
+    const times = new Map();
+    for (const pid of pids.filter((one) => existsSync(`/proc/${one}/task`))) {
+        for (const task of readdirSync(`/proc/${pid}/task`)) {
+            const stat = readFileSync(`/proc/${pid}/task/${task}/stat`, 'latin1');
+            const name = stat.slice(stat.indexOf('(') + 1, stat.lastIndexOf(')'));
+            const fields = stat.slice(stat.lastIndexOf(')') + 2).split(' ');
+            times.set(name, (times.get(name) ?? 0) + (Number(fields[11]) + Number(fields[12])) / 100);
+        }
+    }
+    return times;
+}
+
+function browserProcesses(server) {
+    const list = execFileSync('ps', ['-eo', 'pid=,ppid=']).toString().trim().split('\n')
+        .map((line) => line.trim().split(/\s+/).map(Number));
+    const found = [];
+    for (let wanted = [process.pid]; wanted.length > 0;) {
+        wanted = list.filter(([pid, parent]) => wanted.includes(parent) && pid !== server)
+            .map(([pid]) => pid);
+        found.push(...wanted);
+    }
+    return found.filter((one) => existsSync(`/proc/${one}/task`));
+}
+
+const { child, port, token } = await serve();
+const link = await relay(port);
+const browser = await launch();
+try {
+    const pose = (s) => {
+        const angle = 2 * Math.PI * s / TURN_S;
+        const eye = [centre[0] + RADIUS * Math.sin(angle), centre[1] + RADIUS * Math.cos(angle),
+                     centre[2] + HEIGHT];
+        return [...eye, (angle * 180 / Math.PI + 180) % 360,
+                -Math.atan2(HEIGHT, RADIUS) * 180 / Math.PI, FOV].map((v) => v.toFixed(3)).join(',');
+    };
+    const page = await openPage(browser, `http://127.0.0.1:${link.address().port}/` +
+                                `#token=${token}&camera=${pose(0)}`, { viewport: { width, height } });
+    await stateIs(page, 'showing', 120000);
+    const pids = browserProcesses(child.pid);
+    pids.forEach((pid) => execFileSync('taskset', ['-a', '-p', '-c', '1', String(pid)],
+                                       { stdio: 'ignore' }));
+    await page.keyboard.press('n');
+    await page.keyboard.down('d'); // it moves, to the page: by a degree, until the next of the path
+    await page.evaluate(([token, centre, radius, high, turn, fov]) => {
+        const start = performance.now();
+        const step = () => {
+            const angle = 2 * Math.PI * (performance.now() - start) / 1000 / turn;
+            const camera = [centre[0] + radius * Math.sin(angle), centre[1] + radius * Math.cos(angle),
+                            centre[2] + high, (angle * 180 / Math.PI + 180) % 360,
+                            -Math.atan2(high, radius) * 180 / Math.PI, fov];
+            location.replace(`#token=${token}&camera=${camera.map((v) => v.toFixed(3)).join(',')}`);
+            requestAnimationFrame(step);
+        };
+        step();
+    }, [token, centre, RADIUS, HEIGHT, TURN_S, FOV]);
+    await pause(3000);
+    const before = threadTimes(pids), start = performance.now(), said = [];
+    for (let i = 0; i < seconds; i++) {
+        await pause(1000);
+        said.push(await page.evaluate(() => [...document.querySelectorAll('#numbers-list dt')].slice(0, 7)
+            .map((term) => `${term.textContent} ${term.nextSibling.textContent}`).join(', ')));
+    }
+    const took = (performance.now() - start) / 1000, after = threadTimes(pids);
+    if (process.env.SHOT) { await page.screenshot({ path: process.env.SHOT }); }
+    said.forEach((line) => console.log(`${width}x${height}: ${line}`));
+    [...after].map(([name, t]) => [name, t - (before.get(name) ?? 0)])
+        .filter(([, t]) => t > 0.02 * took).sort((a, b) => b[1] - a[1]).forEach(([name, t]) =>
+            console.log(`  ${name.padEnd(18)} ${(100 * t / took).toFixed(0)} % of a core`));
+} finally {
+    await browser.close();
+    link.close();
+    child.removeAllListeners('exit');
+    child.kill('SIGINT');
+}
