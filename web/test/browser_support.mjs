@@ -14,12 +14,15 @@ export function launch() {
                              args: ['--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage'] });
 }
 
-/** A page that fails the test for what it should not do: errors, requests elsewhere. */
-export async function openPage(browser, url, options = {}) {
+/** A page that fails the test for what it should not do: errors, requests elsewhere. `before` runs in it before its own. */
+export async function openPage(browser, url, options = {}, before = null) {
     const context = await browser.newContext({ viewport: { width: 640, height: 360 },
                                                ignoreHTTPSErrors: true, acceptDownloads: true,
                                                ...options });
     const page = await context.newPage();
+    if (before !== null) {
+        await page.addInitScript(before);
+    }
     const { host } = new URL(url);
     page.wrong = [];
     page.on('pageerror', (error) => page.wrong.push(String(error)));

@@ -2,15 +2,13 @@
 // pictures of sky, 36 patches of ground and 1600 trees, in Chromium on one core: frames a second, and what each thread takes.
 //
 //   script/build-web && node web/test/frames.bench.mjs
-import { execFileSync } from 'node:child_process';
-import { existsSync, readdirSync, readFileSync } from 'node:fs';
 import { launch, openPage, pause, stateIs } from './browser_support.mjs';
+import { bindBrowser, numbersOf, printThreads, threadTimes } from './page_numbers.mjs';
 import { startServer, WORLD } from './server.mjs';
 import { randomFrom } from './support.mjs';
 
 const seconds = Number(process.argv[2] ?? 6);
 const [width, height] = (process.argv[3] ?? '1280x720').split('x').map(Number);
-const CORE = '1';
 const random = randomFrom(1);
 
 /** Noise; of a crown: opaque in a circle, soft at its edge. */
@@ -63,32 +61,6 @@ function world() {
     return items;
 }
 
-/** Seconds of processor time of each named thread of these processes. */
-function threadTimes(pids) {
-    const times = new Map();
-    for (const pid of pids) {
-        for (const task of readdirSync(`/proc/${pid}/task`)) {
-            const stat = readFileSync(`/proc/${pid}/task/${task}/stat`, 'latin1');
-            const name = stat.slice(stat.indexOf('(') + 1, stat.lastIndexOf(')'));
-            const fields = stat.slice(stat.lastIndexOf(')') + 2).split(' ');
-            const took = (Number(fields[11]) + Number(fields[12])) / 100;
-            times.set(name, (times.get(name) ?? 0) + took);
-        }
-    }
-    return times;
-}
-
-function children(pid) {
-    const list = execFileSync('ps', ['-eo', 'pid=,ppid=']).toString().trim().split('\n')
-        .map((line) => line.trim().split(/\s+/).map(Number));
-    const found = [];
-    for (let wanted = [pid]; wanted.length > 0;) {
-        wanted = list.filter(([, parent]) => wanted.includes(parent)).map(([child]) => child);
-        found.push(...wanted);
-    }
-    return found.filter((one) => existsSync(`/proc/${one}/task`)); // not ps itself
-}
-
 const items = world();
 const ids = BigUint64Array.from(items.map((item) => item.id));
 const server = await startServer((message, client) => {
@@ -103,28 +75,19 @@ try {
     const page = await openPage(browser, `${server.url}#token=secret`,
                                 { viewport: { width, height } });
     await stateIs(page, 'showing');
-    const pids = children(process.pid);
-    pids.forEach((pid) => execFileSync('taskset', ['-a', '-p', '-c', CORE, String(pid)],
-                                       { stdio: 'ignore' }));
+    const pids = bindBrowser();
     await page.keyboard.press('n');
     await page.keyboard.down('d');
     await pause(3000);
     const before = threadTimes(pids);
     const start = performance.now();
     await pause(1000 * seconds);
-    const numbers = await page.$$eval('#numbers-list dt', (terms) => terms.slice(0, 4).map(
-        (term) => `${term.textContent} ${term.nextSibling.textContent}`).join(', '));
+    const numbers = await numbersOf(page, 4);
     const took = (performance.now() - start) / 1000;
-    const after = threadTimes(pids);
     if (process.env.SHOT) { await page.screenshot({ path: process.env.SHOT }); }
+    console.log(`${width}x${height}: ${numbers.map((one) => one.join(' ')).join(', ')}`);
+    printThreads(pids, before, took, parseFloat(numbers[0][1]));
     await page.keyboard.up('d');
-    console.log(`${width}x${height}: ${numbers}`);
-    const frames = parseFloat(await page.textContent('#numbers-list dd'));
-    const threads = [...after].map(([name, t]) => [name, t - (before.get(name) ?? 0)])
-        .filter(([, t]) => t > 0.02 * took).sort((a, b) => b[1] - a[1]);
-    threads.forEach(([name, t]) => console.log(
-        `  ${name.padEnd(18)} ${(1000 * t / took / frames).toFixed(1)} ms a frame, ` +
-        `${(100 * t / took).toFixed(0)} % of a core`));
 } finally {
     await browser.close();
     await server.stop();

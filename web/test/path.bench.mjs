@@ -3,10 +3,10 @@
 // on one core, the server on the other. Frames a second, and what each thread of the browser takes.
 //
 //   script/build-web && node web/test/path.bench.mjs cloud.json -430,12640,1100 15 1280x720 10e6 50
-import { execFileSync, spawn } from 'node:child_process';
-import { existsSync, readdirSync, readFileSync } from 'node:fs';
+import { spawn } from 'node:child_process';
 import { connect, createServer } from 'node:net';
 import { launch, openPage, pause, stateIs } from './browser_support.mjs';
+import { bindBrowser, numbersOf, printThreads, threadTimes } from './page_numbers.mjs';
 
 const PROGRAM = process.env.VEDUTA ?? 'build/release/veduta';
 const [world, place, secondsText, sizeText, bytesText, tripText] = process.argv.slice(2);
@@ -28,7 +28,7 @@ function carry(from, to) {
         const now = performance.now();
         free = Math.max(free, now) + 1000 * chunk.length / rate;
         under += chunk.length;
-        if (1000 * under / rate > 1000 * ROOM / rate) { from.pause(); }
+        if (under > ROOM) { from.pause(); }
         setTimeout(() => {
             under -= chunk.length;
             if (under <= ROOM) { from.resume(); }
@@ -63,32 +63,6 @@ function serve() {
     });
 }
 
-/** Seconds of processor time of each named thread of these processes. */
-function threadTimes(pids) {
-    const times = new Map();
-    for (const pid of pids.filter((one) => existsSync(`/proc/${one}/task`))) {
-        for (const task of readdirSync(`/proc/${pid}/task`)) {
-            const stat = readFileSync(`/proc/${pid}/task/${task}/stat`, 'latin1');
-            const name = stat.slice(stat.indexOf('(') + 1, stat.lastIndexOf(')'));
-            const fields = stat.slice(stat.lastIndexOf(')') + 2).split(' ');
-            times.set(name, (times.get(name) ?? 0) + (Number(fields[11]) + Number(fields[12])) / 100);
-        }
-    }
-    return times;
-}
-
-function browserProcesses(server) {
-    const list = execFileSync('ps', ['-eo', 'pid=,ppid=']).toString().trim().split('\n')
-        .map((line) => line.trim().split(/\s+/).map(Number));
-    const found = [];
-    for (let wanted = [process.pid]; wanted.length > 0;) {
-        wanted = list.filter(([pid, parent]) => wanted.includes(parent) && pid !== server)
-            .map(([pid]) => pid);
-        found.push(...wanted);
-    }
-    return found.filter((one) => existsSync(`/proc/${one}/task`));
-}
-
 const { child, port, token } = await serve();
 const link = await relay(port);
 const browser = await launch();
@@ -101,38 +75,48 @@ try {
                 -Math.atan2(HEIGHT, RADIUS) * 180 / Math.PI, FOV].map((v) => v.toFixed(3)).join(',');
     };
     const page = await openPage(browser, `http://127.0.0.1:${link.address().port}/` +
-                                `#token=${token}&camera=${pose(0)}`, { viewport: { width, height } });
+                                `#token=${token}&camera=${pose(0)}`, { viewport: { width, height } },
+                                () => { // what draws is told the camera itself: an address costs 2 ms
+        const Own = window.Worker;
+        window.workers = [];
+        window.Worker = class extends Own {
+            constructor(...all) {
+                super(...all);
+                window.workers.push([String(all[0]), this]);
+            }
+        };
+    });
     await stateIs(page, 'showing', 120000);
-    const pids = browserProcesses(child.pid);
-    pids.forEach((pid) => execFileSync('taskset', ['-a', '-p', '-c', '1', String(pid)],
-                                       { stdio: 'ignore' }));
+    const pids = bindBrowser(child.pid);
     await page.keyboard.press('n');
     await page.keyboard.down('d'); // it moves, to the page: by a degree, until the next of the path
-    await page.evaluate(([token, centre, radius, high, turn, fov]) => {
+    await page.evaluate(([centre, radius, high, turn, fov]) => {
+        const [, display] = window.workers.find(([address]) => address.includes('display'));
         const start = performance.now();
         const step = () => {
             const angle = 2 * Math.PI * (performance.now() - start) / 1000 / turn;
-            const camera = [centre[0] + radius * Math.sin(angle), centre[1] + radius * Math.cos(angle),
-                            centre[2] + high, (angle * 180 / Math.PI + 180) % 360,
-                            -Math.atan2(high, radius) * 180 / Math.PI, fov];
-            location.replace(`#token=${token}&camera=${camera.map((v) => v.toFixed(3)).join(',')}`);
+            const eye = [centre[0] + radius * Math.sin(angle), centre[1] + radius * Math.cos(angle),
+                         centre[2] + high];
+            display.postMessage({ to: 'pose', pose: {
+                eye, heading: (angle * 180 / Math.PI + 180) % 360,
+                pitch: -Math.atan2(high, radius) * 180 / Math.PI, roll: 0, fov } });
             requestAnimationFrame(step);
         };
         step();
-    }, [token, centre, RADIUS, HEIGHT, TURN_S, FOV]);
+    }, [centre, RADIUS, HEIGHT, TURN_S, FOV]);
     await pause(3000);
-    const before = threadTimes(pids), start = performance.now(), said = [];
+    const before = threadTimes(pids), start = performance.now();
+    let frames = 0;
     for (let i = 0; i < seconds; i++) {
         await pause(1000);
-        said.push(await page.evaluate(() => [...document.querySelectorAll('#numbers-list dt')].slice(0, 7)
-            .map((term) => `${term.textContent} ${term.nextSibling.textContent}`).join(', ')));
+        const numbers = await numbersOf(page, 7);
+        frames += parseFloat(numbers[0][1]) / seconds;
+        console.log(`${width}x${height}: ${numbers.map((one) => one.join(' ')).join(', ')}`);
     }
-    const took = (performance.now() - start) / 1000, after = threadTimes(pids);
+    const took = (performance.now() - start) / 1000;
     if (process.env.SHOT) { await page.screenshot({ path: process.env.SHOT }); }
-    said.forEach((line) => console.log(`${width}x${height}: ${line}`));
-    [...after].map(([name, t]) => [name, t - (before.get(name) ?? 0)])
-        .filter(([, t]) => t > 0.02 * took).sort((a, b) => b[1] - a[1]).forEach(([name, t]) =>
-            console.log(`  ${name.padEnd(18)} ${(100 * t / took).toFixed(0)} % of a core`));
+    console.log(`${frames.toFixed(1)} frames a second on average`);
+    printThreads(pids, before, took, frames);
 } finally {
     await browser.close();
     link.close();
