@@ -140,6 +140,29 @@ static void what_comes_before_near_ground_is_seen(void **state) {
     end();
 }
 
+/* So it is when it comes after the ground, to a camera that rests. */
+static void what_comes_late_is_seen(void **state) {
+    (void)state;
+    vd_impostor_def def = shipping();
+    def.least_reuse = 60.0;
+    def.settle = false;
+    begin_with(&def, 1, add_low_cloud);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    camera.eye = vd_vec3_make(0, -22, vd_world_ground(s.world, 0, 0) + 19);
+    camera.orientation = vd_orientation_from_angles(0.0, -0.55, 0.0);
+    double worst = 0.0;
+    int compared = 0;
+    for (int i = 0; i < 300; i++) {
+        if (serve(&camera, 1) == 0.0 && i % 10 == 9) {
+            worst = fmax(worst, show_error(&camera));
+            compared++;
+        }
+    }
+    print_message("error %.4f at worst of %d\n", worst, compared);
+    assert_true(compared > 5 && worst < 0.1);
+    end();
+}
+
 /* A server that draws one picture a turn shows the whole first, then finer and finer parts; and
  * while the camera goes on, larger parts than when it rests. */
 static void a_slow_server_begins_with_wholes(void **state) {
@@ -163,7 +186,7 @@ static void a_slow_server_begins_with_wholes(void **state) {
     }
     const int at_rest = count_objects();
     assert_true(first > 16);
-    assert_true(at_rest > 4 && s.set->haste == 1.0);
+    assert_true(at_rest > 4);
     for (int i = 0; i < 150; i++) {
         camera.eye.x += i / 25 % 2 == 0 ? 8.0 : -8.0;
         (void)serve(&camera, 1000);
@@ -173,6 +196,7 @@ static void a_slow_server_begins_with_wholes(void **state) {
                   count_objects());
     assert_true(most_haste > 1.5);
     for (int i = 0; i < 1500; i++) {
+        camera.eye.x += 0.001;
         (void)serve(&camera, 1000);
     }
     assert_true(s.set->haste == 1.0);
@@ -183,6 +207,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(clouds_are_pictures_of_their_own),
                                        cmocka_unit_test(ground_hides_them),
                                        cmocka_unit_test(what_comes_before_near_ground_is_seen),
+                                       cmocka_unit_test(what_comes_late_is_seen),
                                        cmocka_unit_test(a_slow_server_begins_with_wholes)};
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -323,6 +323,17 @@ static bool can_stand_in(const deciding *d, uint32_t index) {
     return z > 1.5 * radius && 2.0 * radius * d->view->focal_px <= d->most_px * z;
 }
 
+/* Whether a part that waits for its own parts will do in place of a whole: for a client that could
+ * wait for all of them for long. */
+static bool stands_in(deciding *d, uint32_t index) {
+    vd_impostor_slot *slot = slot_of(d, index);
+    if (slot == NULL || !d->set->def.ship) {
+        return false;
+    }
+    slot->used = d->set->update; /* not to be given up before the whole */
+    return true;
+}
+
 /* Decides a node; with `emit` what can be shown of it is. Returns whether it can be shown as it is
  * wanted. */
 static bool walk(deciding *d, uint32_t index, bool emit) {
@@ -372,7 +383,7 @@ static bool walk(deciding *d, uint32_t index, bool emit) {
             if (emit) {
                 show_stale(d, index, &set->shown);
             }
-            return false;
+            return !emit && stands_in(d, index);
         }
     }
     if (!was_split && !has_picture(set, index) && can_stand_in(d, index)) {

@@ -339,6 +339,8 @@ static uint64_t contents_of(const vd_impostors *set, bool *any) {
         if (vd_impostor_is_in_front(set, slot)) {
             hash = mix(hash, slot->now.version);
             *any = true;
+        } else if (slot->now.rgba != NULL && slot->parted != slot->now.version) {
+            hash = mix(hash, slot->now.version); /* it may come before something of it */
         }
     }
     return hash;
@@ -460,7 +462,6 @@ static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_v
     const uint64_t start = vd_clock_ns();
     vd_status status =
         due ? draw_front(set, job, &view->camera, view->width, view->height) : vd_success();
-    set->stats.direct_s = due ? 1e-9 * (double)(vd_clock_ns() - start) : set->stats.direct_s;
     const vd_frame *frame = set->scratch->wide;
     const bool hidden =
         due && status.code == VD_OK && vd_impostors_hide_placed(set, &front->camera, frame);
@@ -474,6 +475,7 @@ static vd_status renew_front(vd_impostors *set, vd_job *job, const vd_impostor_v
     if (due) { /* what comes before something of it has just been told */
         contents = contents_of(set, &any);
     }
+    set->stats.direct_s = due ? 1e-9 * (double)(vd_clock_ns() - start) : 0.0;
     front->contents = status.code == VD_OK ? contents : 0;
     return status.code == VD_OK && front->wanted && !extra->delivered ? add_extra(set, extra)
                                                                       : status;
@@ -532,7 +534,7 @@ static vd_status add_list(vd_impostors *set, const vd_impostor_view *view, const
         *all += area;
         if (slot->now.rgba != NULL && slot->delivered) {
             status = vd_impostors_add_id(set, id_of(set, slot->node));
-        } else if (!slot->empty) {
+        } else if (!slot->empty && slot->left_out != set->update) {
             *missing += area;
         }
     }

@@ -5,6 +5,7 @@
  * front are drawn into that, as is all that is no particle.
  */
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 #include "core/core.h"
 #include "image/image.h"
@@ -15,15 +16,16 @@
 #define COARSE 4
 
 vd_status vd_impostor_draw_relief(vd_context *context, vd_world_renderer *renderer, vd_job *job,
-                                  const vd_camera *camera, double near_m,
+                                  const vd_camera *camera, double near_m, int margin,
                                   vd_impostor_relief *relief, vd_frame *frame) {
-    const int width = (frame->width + COARSE - 1) / COARSE;
-    const int height = (frame->height + COARSE - 1) / COARSE;
+    const int width = (frame->width + COARSE - 1) / COARSE + 2 * margin;
+    const int height = (frame->height + COARSE - 1) / COARSE + 2 * margin;
     const float scale = (float)(camera->near_m / near_m);
     vd_camera coarse = *camera;
     coarse.near_m = near_m;
     coarse.lens.fx /= COARSE, coarse.lens.fy /= COARSE;
-    coarse.lens.cx /= COARSE, coarse.lens.cy /= COARSE;
+    coarse.lens.cx = coarse.lens.cx / COARSE + margin;
+    coarse.lens.cy = coarse.lens.cy / COARSE + margin;
     vd_status status =
         vd_frame_fit(context, width, height, VD_PLANE_DEPTH, &relief->frame, &relief->pixels);
     const int samples = renderer->samples;
@@ -35,7 +37,8 @@ vd_status vd_impostor_draw_relief(vd_context *context, vd_world_renderer *render
         renderer->ground->def.samples = samples;
     }
     for (int y = 0; y < frame->height && status.code == VD_OK; y++) {
-        const float *from = relief->frame->depth + (size_t)(y / COARSE) * relief->frame->stride;
+        const float *from =
+            relief->frame->depth + (size_t)(y / COARSE + margin) * relief->frame->stride + margin;
         float *to = frame->depth + (size_t)y * frame->stride;
         for (int x = 0; x < frame->width; x++) {
             to[x] = from[x / COARSE] * scale;
@@ -46,7 +49,7 @@ vd_status vd_impostor_draw_relief(vd_context *context, vd_world_renderer *render
 
 vd_status vd_impostors_draw_relief(vd_impostors *set, vd_job *job, const vd_camera *camera,
                                    vd_frame *frame) {
-    return vd_impostor_draw_relief(set->context, set->renderer, job, camera, camera->near_m,
+    return vd_impostor_draw_relief(set->context, set->renderer, job, camera, camera->near_m, 0,
                                    &set->scratch->relief, frame);
 }
 
@@ -62,20 +65,33 @@ bool vd_impostor_is_in_front(const vd_impostors *set, const vd_impostor_slot *sl
            (slot->in_front || !vd_impostor_is_apart(set, slot->node));
 }
 
-/* The nearest place of the ground before what is drawn. */
+/* Coarse pixels beyond a picture's edge: ground there may come before it soon. */
+#define MARGIN 4
+
+/* Whether ground at a place of the relief ends there for what lies farther than `front`. */
+static bool is_edge(const vd_frame *relief, int x, int y, float front) {
+    const float *at = relief->depth + (size_t)y * relief->stride + (size_t)x;
+    return (x > 0 && at[-1] <= front) || (x + 1 < relief->width && at[1] <= front) ||
+           (y > 0 && at[-(ptrdiff_t)relief->stride] <= front) ||
+           (y + 1 < relief->height && at[relief->stride] <= front);
+}
+
+/* The nearest place of the ground before what is drawn, of those at its edges: elsewhere it hides
+ * as much when it moves. */
 static void find_hiding(const vd_impostor_draft *draft, const vd_frame *relief,
                         vd_impostor_picture *made) {
     const vd_camera *camera = &draft->camera;
-    float nearest = (float)(draft->near_m / draft->front_m);
+    const float front = (float)(draft->near_m / draft->front_m);
+    float nearest = front;
     for (int y = 0; y < relief->height; y++) {
         const float *depth = relief->depth + (size_t)y * relief->stride;
         for (int x = 0; x < relief->width; x++) {
-            if (depth[x] > nearest) {
+            if (depth[x] > nearest && is_edge(relief, x, y, front)) {
                 nearest = depth[x];
                 const double z = draft->near_m / (double)nearest;
-                const vd_vec3 at = {(COARSE * (x + 0.5) - camera->lens.cx) / camera->lens.fx * z,
-                                    (COARSE * (y + 0.5) - camera->lens.cy) / camera->lens.fy * z,
-                                    z};
+                const double at_x = COARSE * (x - MARGIN + 0.5), at_y = COARSE * (y - MARGIN + 0.5);
+                const vd_vec3 at = {(at_x - camera->lens.cx) / camera->lens.fx * z,
+                                    (at_y - camera->lens.cy) / camera->lens.fy * z, z};
                 made->hiding = vd_vec3_add(camera->eye, vd_quat_rotate(camera->orientation, at));
                 made->is_hidden = true;
             }
@@ -97,7 +113,7 @@ vd_status vd_impostor_draw_clouds(const vd_impostor_brush *brush, vd_job *job,
     canvas->depth = brush->depth->memory;
     memset(canvas->rgba, 0, 4 * pixels);
     status = vd_impostor_draw_relief(brush->context, brush->renderer, job, &draft->camera,
-                                     draft->near_m, brush->relief, canvas);
+                                     draft->near_m, MARGIN, brush->relief, canvas);
     if (status.code == VD_OK) {
         find_hiding(draft, brush->relief->frame, &draft->picture);
         status =
@@ -139,6 +155,7 @@ void vd_impostors_part_objects(vd_impostors *set, const vd_camera *camera, const
     const uint32_t *shown = set->shown.data;
     for (size_t i = 0; i < set->shown.count; i++) {
         vd_impostor_slot *slot = vd_impostor_slot_at(set, shown[i]);
+        slot->parted = slot->now.version;
         slot->in_front = slot->now.rgba != NULL && vd_impostor_is_apart(set, slot->node) &&
                          comes_before(&slot->now, camera, frame);
     }

@@ -34,8 +34,9 @@ typedef struct vd_impostor_picture {
     double focal_px; /* of the camera that it was made for */
     bool empty;      /* nothing is on it */
     unsigned sides;  /* of a patch: on which it goes on beyond the patch, vd_impostor_sides */
-    bool is_hidden;  /* ground before it may hide some of it: the nearest of that is … */
-    vd_vec3 hiding;  /* … here */
+    bool is_hidden; /* ground before it hides some of it or soon may: the nearest edge of that is …
+                     */
+    vd_vec3 hiding; /* … here */
     uint32_t version;
     size_t packed;     /* bytes on the link; 0: as many as the pixels take */
     vd_pooled *pooled; /* that the pixels belong to; null: they are the set's alone */
@@ -48,16 +49,18 @@ static inline size_t vd_impostor_picture_bytes(const vd_impostor_picture *p) {
 
 typedef struct vd_impostor_slot {
     uint32_t node;
-    bool split;       /* its children were shown last */
-    bool empty;       /* its picture shows nothing: nothing is shown */
-    bool coming;      /* a picture of it is on the link */
-    bool delivered;   /* the client of `ship` has one */
-    bool changed;     /* what is on it has, since it was made */
-    bool restless;    /* again and again */
-    bool in_front;    /* of particles apart: they come before something of the picture in front */
-    uint64_t changes; /* number of the update after which it changed last */
-    uint32_t since;   /* version of the newest picture that shows it as it was */
-    size_t bytes;     /* of the newest picture, there or given up */
+    bool split;     /* its children were shown last */
+    bool empty;     /* its picture shows nothing: nothing is shown */
+    bool coming;    /* a picture of it is on the link */
+    bool delivered; /* the client of `ship` has one */
+    bool changed;   /* what is on it has, since it was made */
+    bool restless;  /* again and again */
+    bool in_front;  /* of particles apart: they come before something of the picture in front … */
+    uint32_t parted;   /* … as was found out for this version */
+    uint64_t left_out; /* number of the last update that had no memory for its picture */
+    uint64_t changes;  /* number of the update after which it changed last */
+    uint32_t since;    /* version of the newest picture that shows it as it was */
+    size_t bytes;      /* of the newest picture, there or given up */
     uint32_t failures;
     double retry_s;                  /* not drawn again before */
     double born_s;                   /* when the picture came */
@@ -519,10 +522,11 @@ VD_MUST_USE vd_status vd_impostors_draw_over(vd_impostors *set, vd_job *job,
  */
 
 /* The depth of all ground farther than near_m, coarsely; into a frame of a camera that may have
- * another near plane. */
+ * another near plane. The relief has `margin` coarse pixels around the frame. */
 VD_MUST_USE vd_status vd_impostor_draw_relief(vd_context *context, vd_world_renderer *renderer,
                                               vd_job *job, const vd_camera *camera, double near_m,
-                                              vd_impostor_relief *relief, vd_frame *frame);
+                                              int margin, vd_impostor_relief *relief,
+                                              vd_frame *frame);
 VD_MUST_USE vd_status vd_impostors_draw_relief(vd_impostors *set, vd_job *job,
                                                const vd_camera *camera, vd_frame *frame);
 

@@ -266,12 +266,16 @@ static int compare_wishes(const void *a, const void *b) {
 /* While things are drawn themselves for want of pictures each picture makes every frame shorter:
  * then pictures may take as long as what was drawn itself did. (By the budget alone a forest of
  * 5,000 direct trees, 300 ms a frame, stays one: eight pictures a frame.) */
+#define LONGEST_TURN_S 0.25 /* a client hears nothing meanwhile */
+
 static double budget_s(const vd_impostors *set) {
     if (set->def.remote) {
         return fmax(set->def.budget_s, 1.0 / set->def.rate_hz);
     }
     const bool wanting = set->missing > 0 && set->def.budget_pixels <= 0;
-    return wanting ? fmax(set->def.budget_s, set->stats.direct_s) : set->def.budget_s;
+    const double direct_s =
+        set->def.ship ? fmin(set->stats.direct_s, LONGEST_TURN_S) : set->stats.direct_s;
+    return wanting ? fmax(set->def.budget_s, direct_s) : set->def.budget_s;
 }
 
 /* What an update's drawing began with. */
@@ -312,10 +316,14 @@ static double behind(const vd_impostors *set) {
 }
 
 /* A server that is behind shows larger parts, which last shorter, until it keeps up: fewer of them
- * lie over each other, and none waits for many others before it may take the place of a whole. */
+ * lie over each other, and none waits for many others before it may take the place of a whole.
+ * While the camera rests nothing is decided anew because of it. */
 #define MOST_HASTE 8.0
 
 static void hurry(vd_impostors *set, double behind_s) {
+    if (set->resting > 1) {
+        return;
+    }
     if (set->def.ship && behind_s > LONG_S) {
         set->haste = fmin(set->haste * 1.1, MOST_HASTE);
     } else if (behind_s < 0.3 * LONG_S) {
@@ -326,10 +334,13 @@ static void hurry(vd_impostors *set, double behind_s) {
 /* How fast it is believed what the far end draws in a second. */
 #define FAR_WEIGHT 0.1
 
-/* Learns how fast the far end is. */
-static void learn_far(vd_impostors *set, uint64_t pixels, double took_s) {
-    if (pixels > 0 && took_s > 0.0) {
-        const double rate = (double)pixels / took_s;
+/* What took longer was a pause. */
+#define MOST_TOOK_S 1.0
+
+/* Learns how fast the far end is; of one that was not `busy` all the time, at least how fast. */
+static void learn_far(vd_impostors *set, uint64_t pixels, double took_s, bool busy) {
+    const double rate = took_s > 0.0 ? (double)pixels / fmin(took_s, MOST_TOOK_S) : 0.0;
+    if (rate > 0.0 && (busy || rate > set->far_px_per_s)) {
         set->far_px_per_s +=
             (set->far_px_per_s > 0.0 ? FAR_WEIGHT : 1.0) * (rate - set->far_px_per_s);
     }
@@ -348,13 +359,15 @@ static void leave_out(vd_impostors *set, double detail) {
                                          : 0.0;
     }
     for (size_t i = 0; i < set->wishes.count; i++) {
-        const vd_impostor_slot *slot = vd_impostor_slot_at(set, wishes[i].slot);
+        vd_impostor_slot *slot = vd_impostor_slot_at(set, wishes[i].slot);
         const double guess = 4.0 * BOUND_SHARE * wishes[i].area * detail * detail;
         const double takes =
             fmax(guess, (double)slot->bytes) - (double)vd_impostor_picture_bytes(&slot->now);
         if (takes <= 0.0 || takes <= room) {
             room -= takes > 0.0 ? takes : 0.0;
             wishes[kept++] = wishes[i];
+        } else {
+            slot->left_out = set->update;
         }
     }
     set->left_out = set->wishes.count - kept;
@@ -412,11 +425,14 @@ static vd_status make_wishes(vd_impostors *set, vd_job *job, const vd_impostor_v
         }
     }
     if (set->def.remote && set->def.budget_pixels == 0) { /* a virtual clock has no machine */
-        learn_far(set, set->stats.pixels_drawn - spent->pixels, set->remote_free_s - set->time_s);
-    } else if (set->def.ship) { /* all that a client is sent takes its time, not pictures alone */
-        learn_far(set, set->stats.pixels_drawn - spent->pixels, set->interval_s);
+        learn_far(set, set->stats.pixels_drawn - spent->pixels, set->remote_free_s - set->time_s,
+                  true);
     }
     set->stats.waiting = set->wishes.count - i + late;
+    if (set->def.ship) { /* all that a client is sent takes its time, not pictures alone */
+        learn_far(set, set->stats.pixels_drawn - spent->pixels, set->interval_s,
+                  set->stats.waiting > 0);
+    }
     return status;
 }
 
