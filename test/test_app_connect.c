@@ -1,7 +1,7 @@
 /* test_app_connect.c: the native client against a real `veduta serve`: pictures, TLS, tokens,
  * coming back; and a soak: clients that wander, drop out and come back.
  *
- * VEDUTA_SOAK_SECONDS says how long the soak takes: 20 without it. */
+ * VEDUTA_SOAK_SECONDS says how long the soak takes: 60 without it, a few in the reduced suite. */
 #include "serve_process.h"
 
 #include <dirent.h>
@@ -258,7 +258,7 @@ static void wander(wanderer *w, int count, double seconds, vd_frame *frame) {
 static void wanderers_leave_nothing_behind(void **state) {
     (void)state;
     const char *wanted = getenv("VEDUTA_SOAK_SECONDS");
-    const double seconds = wanted != NULL ? atof(wanted) : test_is_reduced() ? 4.0 : 20.0;
+    const double seconds = wanted != NULL ? atof(wanted) : test_is_reduced() ? 4.0 : 60.0;
     serve_start(&server, "--port 0 --memory 8M --max-clients 64 " WORLD);
     rest(0.2);
     const int fds = descriptors(server.id), own = descriptors(getpid());
