@@ -61,19 +61,27 @@ static void add_index(deciding *d, vd_list *list, uint32_t index) {
 
 /* ---- one node ---------------------------------------------------------------------------------*/
 
+/* The radius of a ball round bounds, and the way from the eye to its middle. */
+static double ball_of(const deciding *d, vd_vec3 min, vd_vec3 max, vd_vec3 *way) {
+    *way = vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), d->view->eye);
+    return 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
+}
+
+/* Whether the picture of a ball at the distance z is neither too large nor too near. */
+static bool fits(const deciding *d, double radius, double z, double most_px, double loosen) {
+    const double most = most_px < d->most_px ? most_px : d->most_px;
+    return z > 1.5 * radius && 2.0 * radius * d->view->focal_px * loosen <= most * z;
+}
+
 /* Whether one picture of all of a node is good: it lasts for `least` frames, and is neither too
  * large nor too near. */
 static bool is_good(const deciding *d, uint32_t index, vd_vec3 min, vd_vec3 max, double most_px,
                     double least, double loosen) {
     const vd_impostor_view *view = d->view;
     const vd_impostor_def *def = &d->set->def;
-    const vd_vec3 middle = vd_vec3_scale(vd_vec3_add(min, max), 0.5);
-    const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
-    const vd_vec3 sight = vd_vec3_subtract(middle, view->eye);
-    const double z = vd_vec3_length(sight);
-    const double wide = most_px * d->set->haste;
-    const double most = wide < d->most_px ? wide : d->most_px;
-    if (!(z > 1.5 * radius) || !(2.0 * radius * view->focal_px * loosen <= most * z)) {
+    vd_vec3 sight;
+    const double radius = ball_of(d, min, max, &sight), z = vd_vec3_length(sight);
+    if (!fits(d, radius, z, most_px * d->set->haste, loosen)) {
         return false;
     }
     vd_vec3 through, normal;
@@ -163,12 +171,10 @@ static bool ask(deciding *d, uint32_t index, double *screen_error) {
         slot->asked = set->update; /* still of use */
     } else if (wrong && d->wishing && slot->asked != set->update && set->time_s >= slot->retry_s) {
         slot->asked = set->update;
-        vd_vec3 min, max;
+        vd_vec3 min, max, way;
         vd_impostor_bounds(set, d->view, index, &min, &max);
-        const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
-        const double z = vd_vec3_length(
-            vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), d->view->eye));
-        const double side = 2.0 * radius * d->view->focal_px / fmax(z, 1e-9);
+        const double radius = ball_of(d, min, max, &way);
+        const double side = 2.0 * radius * d->view->focal_px / fmax(vd_vec3_length(way), 1e-9);
         const double shown = error < 1e3 ? error : 1e3;
         vd_impostor_wish *to = vd_list_add(set->context, &set->wishes, 1, sizeof *to);
         if (to == NULL) {
@@ -312,15 +318,13 @@ static bool walk_children(deciding *d, uint32_t index, bool emit) {
 /* Whether particles are first seen as a whole: of a client's many parts that have no picture yet
  * none is drawn itself, and they come one by one. */
 static bool can_stand_in(const deciding *d, uint32_t index) {
-    vd_vec3 min, max;
+    vd_vec3 min, max, way;
     if (!vd_impostor_is_apart(d->set, index) || vd_impostor_is_skipped(d->set, index)) {
         return false;
     }
     vd_impostor_bounds(d->set, d->view, index, &min, &max);
-    const double radius = 0.5 * vd_vec3_length(vd_vec3_subtract(max, min));
-    const double z =
-        vd_vec3_length(vd_vec3_subtract(vd_vec3_scale(vd_vec3_add(min, max), 0.5), d->view->eye));
-    return z > 1.5 * radius && 2.0 * radius * d->view->focal_px <= d->most_px * z;
+    const double radius = ball_of(d, min, max, &way);
+    return fits(d, radius, vd_vec3_length(way), d->most_px, 1.0);
 }
 
 /* Whether a part that waits for its own parts will do in place of a whole: for a client that could

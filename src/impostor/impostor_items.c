@@ -339,7 +339,8 @@ static uint64_t contents_of(const vd_impostors *set, bool *any) {
         if (vd_impostor_is_in_front(set, slot)) {
             hash = mix(hash, slot->now.version);
             *any = true;
-        } else if (slot->now.rgba != NULL && slot->parted != slot->now.version) {
+        } else if (vd_impostors_shown_in_front(set) && slot->now.rgba != NULL &&
+                   slot->parted != slot->now.version) {
             hash = mix(hash, slot->now.version); /* it may come before something of it */
         }
     }
@@ -365,28 +366,26 @@ static bool holds_view(const vd_impostor_front *front, const vd_camera *camera, 
 /* What of the front frame is not empty, grown by a pixel and by another where it would be too
  * narrow, and the range of depths there. False when all of it is. */
 static bool measure(const vd_frame *frame, int r[4], float range[2]) {
-    int low[2] = {frame->width, frame->height}, high[2] = {-1, -1};
+    int box[4] = {0, 0, frame->width, frame->height};
     range[0] = (float)INFINITY;
     range[1] = 0.0f;
-    for (int y = 0; y < frame->height; y++) {
+    if (!vd_frame_shrink(frame, box)) {
+        return false;
+    }
+    for (int y = box[1]; y < box[3]; y++) {
         const uint8_t *rgba = frame->rgba + 4 * (size_t)y * frame->stride;
         const float *depth = frame->depth + (size_t)y * frame->stride;
-        for (int x = 0; x < frame->width; x++) {
+        for (int x = box[0]; x < box[2]; x++) {
             if (rgba[4 * x + 3] != 0) {
-                low[0] = x < low[0] ? x : low[0], high[0] = x > high[0] ? x : high[0];
-                low[1] = y < low[1] ? y : low[1], high[1] = y;
                 range[0] = depth[x] < range[0] ? depth[x] : range[0];
                 range[1] = depth[x] > range[1] ? depth[x] : range[1];
             }
         }
     }
-    if (high[0] < 0) {
-        return false;
-    }
     const int sides[2] = {frame->width, frame->height};
     for (int k = 0; k < 2; k++) {
-        r[k] = low[k] > 0 ? low[k] - 1 : 0;
-        r[k + 2] = high[k] + 2 < sides[k] ? high[k] + 2 : sides[k];
+        r[k] = box[k] > 0 ? box[k] - 1 : 0;
+        r[k + 2] = box[k + 2] + 1 < sides[k] ? box[k + 2] + 1 : sides[k];
         r[k] = r[k + 2] - r[k] < 2 && r[k] > 0 ? r[k] - 1 : r[k];
         if (r[k + 2] - r[k] < 2) {
             return false; /* of a screen of one pixel */

@@ -450,14 +450,25 @@ vd_status vd_impostors_choose_placed(vd_impostors *set, const vd_impostor_view *
 
 /* ---- what is hidden ---------------------------------------------------------------------------*/
 
+bool vd_impostor_find_pixel(const vd_camera *camera, const vd_frame *frame, vd_vec3 at,
+                            size_t *pixel, float *depth) {
+    double x, y, z;
+    if (!vd_camera_project(camera, at, &x, &y, &z) || !(x >= 0.0) || !(x < frame->width) ||
+        !(y >= 0.0) || !(y < frame->height)) {
+        return false;
+    }
+    *pixel = (size_t)y * frame->stride + (size_t)x;
+    *depth = (float)(camera->near_m / z);
+    return true;
+}
+
 void vd_impostor_count_hidden(const vd_camera *camera, const vd_frame *front, vd_vec3 at, int *seen,
                               int *hidden) {
-    double x, y, z;
-    if (vd_camera_project(camera, at, &x, &y, &z) && x >= 0.0 && x < front->width && y >= 0.0 &&
-        y < front->height) {
-        const size_t pixel = (size_t)y * front->stride + (size_t)x;
+    size_t pixel;
+    float depth;
+    if (vd_impostor_find_pixel(camera, front, at, &pixel, &depth)) {
         (*seen)++;
-        *hidden += front->depth[pixel] > VD_IMPOSTOR_NEARER * (float)(camera->near_m / z) ? 1 : 0;
+        *hidden += front->depth[pixel] > VD_IMPOSTOR_NEARER * depth ? 1 : 0;
     }
 }
 

@@ -72,6 +72,10 @@ bool vd_impostor_is_behind_picture(const vd_impostors *set, const vd_impostor_vi
 #define VD_IMPOSTOR_MOST_HIDDEN 0.04
 #define VD_IMPOSTOR_NEARER 1.02f
 
+/* The pixel that shows a place, and how deep that is there; false when none does. */
+bool vd_impostor_find_pixel(const vd_camera *camera, const vd_frame *frame, vd_vec3 at,
+                            size_t *pixel, float *depth);
+
 /* Counts a place if a frame shows where it is, and whether it is hidden there. */
 void vd_impostor_count_hidden(const vd_camera *camera, const vd_frame *front, vd_vec3 at, int *seen,
                               int *hidden);

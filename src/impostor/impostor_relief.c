@@ -89,10 +89,9 @@ static void find_hiding(const vd_impostor_draft *draft, const vd_frame *relief,
             if (depth[x] > nearest && is_edge(relief, x, y, front)) {
                 nearest = depth[x];
                 const double z = draft->near_m / (double)nearest;
-                const double at_x = COARSE * (x - MARGIN + 0.5), at_y = COARSE * (y - MARGIN + 0.5);
-                const vd_vec3 at = {(at_x - camera->lens.cx) / camera->lens.fx * z,
-                                    (at_y - camera->lens.cy) / camera->lens.fy * z, z};
-                made->hiding = vd_vec3_add(camera->eye, vd_quat_rotate(camera->orientation, at));
+                const vd_ray ray =
+                    vd_camera_ray(camera, COARSE * (x - MARGIN + 0.5), COARSE * (y - MARGIN + 0.5));
+                made->hiding = vd_vec3_add(ray.origin, vd_vec3_scale(ray.direction, z));
                 made->is_hidden = true;
             }
         }
@@ -139,13 +138,11 @@ static bool comes_before(const vd_impostor_picture *picture, const vd_camera *ca
         const vd_vec3 across = vd_vec3_scale(right, (i % SIDE + 0.5) / SIDE);
         const vd_vec3 at = vd_vec3_add(vd_vec3_add(corners[0], across),
                                        vd_vec3_scale(down, (i / SIDE + 0.5) / SIDE));
-        double x, y, z;
-        if (vd_camera_project(camera, at, &x, &y, &z) && x >= 0.0 && x < frame->width && y >= 0.0 &&
-            y < frame->height) {
-            const size_t pixel = (size_t)y * frame->stride + (size_t)x;
+        size_t pixel;
+        float depth;
+        if (vd_impostor_find_pixel(camera, frame, at, &pixel, &depth)) {
             seen++;
-            before += frame->rgba[4 * pixel + 3] != 0 &&
-                      frame->depth[pixel] < (float)(camera->near_m / z);
+            before += frame->rgba[4 * pixel + 3] != 0 && frame->depth[pixel] < depth;
         }
     }
     return before > VD_IMPOSTOR_MOST_HIDDEN * seen;

@@ -263,11 +263,12 @@ static int compare_wishes(const void *a, const void *b) {
                                 : (x->slot > y->slot) - (x->slot < y->slot);
 }
 
+/* Of a client's pictures: it hears nothing meanwhile. */
+#define LONGEST_TURN_S 0.25
+
 /* While things are drawn themselves for want of pictures each picture makes every frame shorter:
  * then pictures may take as long as what was drawn itself did. (By the budget alone a forest of
  * 5,000 direct trees, 300 ms a frame, stays one: eight pictures a frame.) */
-#define LONGEST_TURN_S 0.25 /* a client hears nothing meanwhile */
-
 static double budget_s(const vd_impostors *set) {
     if (set->def.remote) {
         return fmax(set->def.budget_s, 1.0 / set->def.rate_hz);
