@@ -3,18 +3,9 @@
 #define VEDUTA_TEST_ITEM_CLIENT_H
 
 #include <math.h>
+#include "held.h"
 #include "impostor/impostor_set.h"
 #include "world_scenes.h"
-
-enum { MOST_HELD = 4096 };
-
-typedef struct held {
-    uint64_t id;
-    uint32_t version;
-    vd_vec3 corners[4];
-    uint8_t *rgba;
-    vd_quad_picture picture;
-} held;
 
 typedef struct client {
     held items[MOST_HELD];

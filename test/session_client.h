@@ -3,19 +3,9 @@
 #ifndef VEDUTA_TEST_SESSION_CLIENT_H
 #define VEDUTA_TEST_SESSION_CLIENT_H
 
-#include <veduta/display.h>
 #include <veduta/wire.h>
+#include "held.h"
 #include "raster_scenes.h"
-
-enum { MOST_HELD = 4096 };
-
-typedef struct held {
-    uint64_t id;
-    uint32_t version;
-    vd_vec3 corners[4];
-    uint8_t *rgba;
-    vd_quad_picture picture;
-} held;
 
 typedef struct test_client {
     vd_context *context;

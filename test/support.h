@@ -8,8 +8,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <cmocka.h>
 #include <veduta/context.h>
 
@@ -29,6 +31,18 @@ static inline double test_uniform(uint64_t *state) {
 /* True in the builds that run the suite on smaller scenes: `.ci/run` sets VEDUTA_TEST_REDUCED. */
 static inline bool test_is_reduced(void) {
     return getenv("VEDUTA_TEST_REDUCED") != NULL;
+}
+
+/* Makes a folder of a test's own, whose name ends in XXXXXX until then, and goes there; leaves and
+ * removes it. Return 0, or -1 when that cannot be. */
+static inline int test_enter_folder(char *folder) {
+    return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+}
+
+static inline int test_leave_folder(const char *folder) {
+    char command[512];
+    snprintf(command, sizeof command, "rm -rf '%s'", folder);
+    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
 }
 
 #define assert_ok(expression)                                                                      \

@@ -290,7 +290,7 @@ static char folder[] = VEDUTA_BINARY_DIR "/test-app-model-XXXXXX";
 
 static int enter_folder(void **state) {
     (void)state;
-    return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+    return test_enter_folder(folder);
 }
 
 static int leave_folder(void **state) {

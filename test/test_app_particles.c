@@ -243,14 +243,12 @@ static void test_interrupted(void **state) {
 
 static int set_up(void **state) {
     (void)state;
-    return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+    return test_enter_folder(folder);
 }
 
 static int tear_down(void **state) {
     (void)state;
-    char command[512];
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
+    return test_leave_folder(folder);
 }
 
 int main(void) {

@@ -52,15 +52,13 @@ static int set_up(void **state) {
     (void)state;
     context = test_context(2, VD_ISA_AUTO);
     fill_rows();
-    return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+    return test_enter_folder(folder);
 }
 
 static int tear_down(void **state) {
     (void)state;
     vd_context_destroy(&context);
-    char command[512];
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
+    return test_leave_folder(folder);
 }
 
 enum { WIDTH = 160, HEIGHT = 120 };

@@ -8,14 +8,12 @@ static char folder[] = VEDUTA_BINARY_DIR "/test-impostor-clouds-XXXXXX";
 
 static int set_up(void **state) {
     (void)state;
-    return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+    return test_enter_folder(folder);
 }
 
 static int tear_down(void **state) {
     (void)state;
-    char command[512];
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
+    return test_leave_folder(folder);
 }
 
 /* A cloud that fills 200 m over the hills and goes into them, of 300 objects or so. */
@@ -112,17 +110,24 @@ static void ground_hides_them(void **state) {
     end();
 }
 
+/* Over near ground: only flat patches far away, and small things, last for long enough. */
+static vd_camera begin_over_near_ground(bool settle) {
+    vd_impostor_def def = shipping();
+    def.least_reuse = 60.0;
+    def.settle = settle;
+    begin_with(&def, 1, add_low_cloud);
+    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    camera.eye = vd_vec3_make(0, -22, vd_world_ground(s.world, 0, 0) + 19);
+    camera.orientation = vd_orientation_from_angles(0.0, -0.55, 0.0);
+    return camera;
+}
+
 /* Near ground behind it is in the picture in front, and so is it then. */
 static void what_comes_before_near_ground_is_seen(void **state) {
     (void)state;
-    vd_impostor_def def = shipping();
-    def.least_reuse = 60.0; /* only flat patches, far away, and small things last for so long */
-    begin_with(&def, 1, add_low_cloud);
-    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
+    vd_camera camera = begin_over_near_ground(true);
     double worst = 0.0;
     int compared = 0, in_front = 0;
-    camera.eye = vd_vec3_make(0, -22, vd_world_ground(s.world, 0, 0) + 19);
-    camera.orientation = vd_orientation_from_angles(0.0, -0.55, 0.0);
     for (int i = 0; i < 60; i++) {
         camera.eye = vd_vec3_add(camera.eye, vd_vec3_make(0.02, 0.01, 0.0));
         if (serve(&camera, 1000) < 0.01 && i > 6) {
@@ -143,13 +148,7 @@ static void what_comes_before_near_ground_is_seen(void **state) {
 /* So it is when it comes after the ground, to a camera that rests. */
 static void what_comes_late_is_seen(void **state) {
     (void)state;
-    vd_impostor_def def = shipping();
-    def.least_reuse = 60.0;
-    def.settle = false;
-    begin_with(&def, 1, add_low_cloud);
-    vd_camera camera = looking(vd_vec3_make(0, 0, 0));
-    camera.eye = vd_vec3_make(0, -22, vd_world_ground(s.world, 0, 0) + 19);
-    camera.orientation = vd_orientation_from_angles(0.0, -0.55, 0.0);
+    const vd_camera camera = begin_over_near_ground(false);
     double worst = 0.0;
     int compared = 0;
     for (int i = 0; i < 300; i++) {

@@ -10,14 +10,12 @@ static char folder[] = VEDUTA_BINARY_DIR "/test-mirror-particles-XXXXXX";
 
 static int set_up(void **state) {
     (void)state;
-    return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+    return test_enter_folder(folder);
 }
 
 static int tear_down(void **state) {
     (void)state;
-    char command[512];
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
+    return test_leave_folder(folder);
 }
 
 enum { WIDE = 320, HIGH = 240, COUNT = 60000, MOST_BRICKS = 4096 };

@@ -13,15 +13,13 @@ static char folder[] = VEDUTA_BINARY_DIR "/test-snapshot-XXXXXX";
 static int set_up(void **state) {
     (void)state;
     context = test_context(1, VD_ISA_AUTO);
-    return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+    return test_enter_folder(folder);
 }
 
 static int tear_down(void **state) {
     (void)state;
     vd_context_destroy(&context);
-    char command[512];
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
+    return test_leave_folder(folder);
 }
 
 /* ---- writing ------------------------------------------------------------------------------------

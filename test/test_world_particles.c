@@ -8,14 +8,12 @@ static char folder[] = VEDUTA_BINARY_DIR "/test-world-particles-XXXXXX";
 
 static int set_up(void **state) {
     (void)state;
-    return mkdtemp(folder) != NULL && chdir(folder) == 0 ? 0 : -1;
+    return test_enter_folder(folder);
 }
 
 static int tear_down(void **state) {
     (void)state;
-    char command[512];
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return chdir(VEDUTA_BINARY_DIR) == 0 && system(command) == 0 ? 0 : -1;
+    return test_leave_folder(folder);
 }
 
 enum { COUNT = 40000 };
