@@ -64,18 +64,12 @@ function serve() {
 }
 
 const { child, port, token } = await serve();
-const link = await relay(port);
-const browser = await launch();
+let link, browser;
 try {
-    const pose = (s) => {
-        const angle = 2 * Math.PI * s / TURN_S;
-        const eye = [centre[0] + RADIUS * Math.sin(angle), centre[1] + RADIUS * Math.cos(angle),
-                     centre[2] + HEIGHT];
-        return [...eye, (angle * 180 / Math.PI + 180) % 360,
-                -Math.atan2(HEIGHT, RADIUS) * 180 / Math.PI, FOV].map((v) => v.toFixed(3)).join(',');
-    };
+    link = await relay(port);
+    browser = await launch();
     const page = await openPage(browser, `http://127.0.0.1:${link.address().port}/` +
-                                `#token=${token}&camera=${pose(0)}`, { viewport: { width, height } },
+                                `#token=${token}`, { viewport: { width, height } },
                                 () => { // what draws is told the camera itself: an address costs 2 ms
         const Own = window.Worker;
         window.workers = [];
@@ -118,8 +112,8 @@ try {
     console.log(`${frames.toFixed(1)} frames a second on average`);
     printThreads(pids, before, took, frames);
 } finally {
-    await browser.close();
-    link.close();
+    await browser?.close();
+    link?.close();
     child.removeAllListeners('exit');
     child.kill('SIGINT');
 }
